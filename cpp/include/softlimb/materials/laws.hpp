@@ -1,0 +1,13 @@
+#pragma once
+// The list of material laws. A new law is one file beside this one and one entry here; bindings, command line and the
+// shared law tests iterate the list.
+#include "softlimb/materials/neo_hookean.hpp"
+#include "softlimb/materials/yeoh.hpp"
+#include "softlimb/type_list.hpp"
+
+namespace softlimb::materials {
+
+using Laws = TypeList<NeoHookean, Yeoh>;
+using AnyLaw = Laws::Variant;
+
+}  // namespace softlimb::materials
