@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "softlimb/dual.hpp"
+
 namespace softlimb {
 
 /// Axial law of a rod without end moment: stretch v3 as a smooth function of the axial force n3 [N].
@@ -24,6 +26,44 @@ struct AxialLaw {
     bool covers(double force) const { return degree == 0 || std::abs(force - centre) <= half_range; }
     bool operator==(const AxialLaw&) const = default;
 };
+
+/// Strain v3 - 1 and its derivative d v3 / d n3 [1/N] at the axial force n3 [N], without end moment. Outside the
+/// law's range both continue as the second-order Taylor polynomial of the strain at the end of the range, so the
+/// strain and its first two derivatives are continuous. `S` is double or a dual number.
+template <class S>
+inline void axial_strain(const AxialLaw& law, const S& force, S& strain, S& compliance) {
+    const auto& c = law.coefficient;
+    if (law.degree == 0) {
+        compliance = S(c[0]);
+        strain = force * c[0];
+        return;
+    }
+    const double per_range = 1.0 / law.half_range;
+    const double where = (value_of(force) - law.centre) * per_range;
+    if (std::abs(where) <= 1.0) {
+        const S x = (force - law.centre) * per_range;
+        S g(c[law.degree]), dg(0.0);
+        for (int i = law.degree; i-- > 0;) {
+            dg = dg * x + g;
+            g = g * x + c[i];
+        }
+        strain = force * g;
+        compliance = g + force * dg * per_range;
+        return;
+    }
+    const double x = where > 0.0 ? 1.0 : -1.0, end = law.centre + x * law.half_range;
+    double g = c[law.degree], dg = 0.0, half_ddg = 0.0;
+    for (int i = law.degree; i-- > 0;) {
+        half_ddg = half_ddg * x + dg;
+        dg = dg * x + g;
+        g = g * x + c[i];
+    }
+    const double slope = g + end * dg * per_range;
+    const double curvature = 2.0 * per_range * (dg + end * half_ddg * per_range);
+    const S beyond = force - end;
+    strain = end * g + beyond * (slope + 0.5 * curvature * beyond);
+    compliance = slope + curvature * beyond;
+}
 
 /// Transversely isotropic section, SI, per *rest* length. n = R diag(GA, GA, EA) (v - v*), m = R diag(EI, EI, GJ)
 /// (u - u*), v* = (0,0,1), u* = (0,0,rest_twist). Where extension and twist are coupled,
