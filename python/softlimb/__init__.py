@@ -1,6 +1,6 @@
 """Statics of soft limbs built of fibre-reinforced pneumatic actuators."""
 
 from softlimb import units
-from softlimb._core import Section
+from softlimb._core import Gent, MooneyRivlin, NeoHookean, Ogden, Section, Yeoh
 
-__all__ = ["Section", "units"]
+__all__ = ["Gent", "MooneyRivlin", "NeoHookean", "Ogden", "Section", "Yeoh", "units"]
