@@ -1,0 +1,65 @@
+#pragma once
+// Rotations, poses, and the exponential map of SE(3) with the derivatives that the descent needs.
+// Twists and wrenches are ordered (linear, angular). Source: cpp/MECHANICS.md, "Rotations".
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace softlimb {
+
+using Vector3 = Eigen::Vector3d;
+using Matrix3 = Eigen::Matrix3d;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Vector12 = Eigen::Matrix<double, 12, 1>;
+using Matrix12 = Eigen::Matrix<double, 12, 12>;
+
+/// Skew matrix: hat(a) b = a x b.
+inline Matrix3 hat(const Vector3& a) {
+    Matrix3 m;
+    m << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
+    return m;
+}
+
+/// Rigid pose: x_outer = rotation x_inner + position.
+struct Pose {
+    Vector3 position = Vector3::Zero();
+    Matrix3 rotation = Matrix3::Identity();
+
+    Pose operator*(const Pose& b) const { return {position + rotation * b.position, rotation * b.rotation}; }
+    Pose inverse() const { return {-(rotation.transpose() * position), rotation.transpose()}; }
+    bool finite() const { return position.allFinite() && rotation.allFinite(); }
+};
+
+/// Rotation by the rotation vector `w` [rad].
+Matrix3 exp_so3(const Vector3& w);
+/// Rotation vector of `r`, angle in [0, pi].
+Vector3 log_so3(const Matrix3& r);
+/// Nearest rotation matrix (polar factor) of a nearly orthogonal one.
+Matrix3 orthonormalised(const Matrix3& r);
+/// Inverse left Jacobian of SO(3): the rotation vector phi of exp(phi) changes by J_l^-1(phi) dtheta when the rotation
+/// is turned by dtheta (outer frame).
+Matrix3 left_jacobian_inverse(const Vector3& phi);
+
+/// Twist (rho, phi) with exp = the pose `g`; |phi| < 2 pi is assumed by what follows.
+Vector6 log_se3(const Pose& g);
+Pose exp_se3(const Vector6& xi);
+
+/// Inverse right Jacobian of SE(3) at xi: xi changes by J_r^-1(xi) eta when exp(xi) becomes exp(xi) exp(eta).
+/// The inverse left Jacobian is J_r^-1(-xi). `derivative(w)` is the matrix of d(J_r^-T(xi) w)/d xi at fixed w.
+class RightJacobianInverse {
+public:
+    explicit RightJacobianInverse(const Vector6& xi);
+    const Matrix6& matrix() const { return matrix_; }
+    Matrix6 derivative(const Vector6& w) const;
+
+private:
+    Matrix6 ad_, matrix_;
+    Vector6 xi_;
+    double c2_, c4_, c2_slope_, c4_slope_;  // coefficients of ad^2 and ad^4 and their slopes in |phi|^2
+};
+
+/// ad of a twist: [xi, eta] = ad(xi) eta.
+Matrix6 ad(const Vector6& xi);
+
+}  // namespace softlimb

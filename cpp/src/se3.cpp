@@ -1,0 +1,148 @@
+#include "softlimb/se3.hpp"
+
+#include <array>
+
+namespace softlimb {
+namespace {
+
+/// sin(x)/x, (1 - cos x)/x^2 and (x - sin x)/x^3 in z = x^2; series where the closed forms cancel.
+struct RotationSeries {
+    double a, b, c;
+    explicit RotationSeries(double z) {
+        if (z < 0.01) {
+            // Next terms are below z^6/14! ~ 1e-23.
+            a = 1.0 - z / 6.0 * (1.0 - z / 20.0 * (1.0 - z / 42.0 * (1.0 - z / 72.0 * (1.0 - z / 110.0))));
+            b = 0.5 * (1.0 - z / 12.0 * (1.0 - z / 30.0 * (1.0 - z / 56.0 * (1.0 - z / 90.0 * (1.0 - z / 132.0)))));
+            c = (1.0 - z / 20.0 * (1.0 - z / 42.0 * (1.0 - z / 72.0 * (1.0 - z / 110.0 * (1.0 - z / 156.0))))) / 6.0;
+        } else {
+            const double x = std::sqrt(z), s = std::sin(0.5 * x);
+            a = std::sin(x) / x;
+            b = 2.0 * s * s / z;  // not 1 - cos x, which cancels
+            c = (1.0 - a) / z;
+        }
+    }
+};
+
+/// (x/2) cot(x/2) as a function of z = x^2, with first and second derivative in z. Bernoulli series below z = 1.
+void half_cotangent(double z, double& q, double& dq, double& ddq) {
+    if (z < 1.0) {
+        // q = sum_k (-1)^k B_2k z^k / (2k)!: ratio of terms tends to 1/(4 pi^2); 12 terms reach 1e-19 at z = 1.
+        static constexpr std::array<double, 13> c = {
+            1.0, -1.0 / 12.0, -1.0 / 720.0, -1.0 / 30240.0, -1.0 / 1209600.0, -1.0 / 47900160.0,
+            -691.0 / 1307674368000.0, -1.0 / 74724249600.0, -3617.0 / 10670622842880000.0,
+            -43867.0 / 5109094217170944000.0, -174611.0 / 802857662698291200000.0,
+            -77683.0 / 14101100039391805440000.0, -236364091.0 / 1693824136731743669452800000.0};
+        q = dq = ddq = 0.0;
+        for (int k = 12; k >= 0; --k) {
+            ddq = ddq * z + 2.0 * dq;
+            dq = dq * z + q;
+            q = q * z + c[k];
+        }
+        return;
+    }
+    const double x = std::sqrt(z), half = 0.5 * x;
+    const double cot = std::cos(half) / std::sin(half), csc2 = 1.0 + cot * cot;
+    q = half * cot;
+    const double q_x = 0.5 * (cot - half * csc2);                // dq/dx
+    const double q_xx = -0.5 * csc2 + 0.5 * half * csc2 * cot;   // d2q/dx2
+    dq = q_x / (2.0 * x);
+    ddq = (q_xx - q_x / x) / (4.0 * z);
+}
+
+}  // namespace
+
+Matrix3 exp_so3(const Vector3& w) {
+    const RotationSeries f(w.squaredNorm());
+    const Matrix3 k = hat(w);
+    return Matrix3::Identity() + f.a * k + f.b * k * k;
+}
+
+Vector3 log_so3(const Matrix3& r) {
+    // Through the quaternion: no cancellation at angle zero nor at pi.
+    const Eigen::Quaterniond q(r);
+    const double sine = q.vec().norm(), cosine = q.w();
+    if (sine < 1e-12) return (cosine < 0.0 ? -2.0 : 2.0) * q.vec();
+    const double angle = 2.0 * (cosine < 0.0 ? std::atan2(-sine, -cosine) : std::atan2(sine, cosine));
+    return (angle / sine) * q.vec();
+}
+
+Matrix3 orthonormalised(const Matrix3& r) {
+    // Newton's iteration for the polar factor: quadratic from anything nearly orthogonal.
+    Matrix3 x = r;
+    for (int k = 0; k < 4; ++k) x = 0.5 * x * (3.0 * Matrix3::Identity() - x.transpose() * x);
+    return x;
+}
+
+Matrix3 left_jacobian_inverse(const Vector3& phi) {
+    const double z = phi.squaredNorm();
+    double q, dq, ddq;
+    half_cotangent(z, q, dq, ddq);
+    const double c = z < 1e-12 ? 1.0 / 12.0 : (1.0 - q) / z;
+    const Matrix3 k = hat(phi);
+    return Matrix3::Identity() - 0.5 * k + c * k * k;
+}
+
+Vector6 log_se3(const Pose& g) {
+    const Vector3 phi = log_so3(g.rotation);
+    Vector6 xi;
+    xi << left_jacobian_inverse(phi) * g.position, phi;
+    return xi;
+}
+
+Pose exp_se3(const Vector6& xi) {
+    const Vector3 rho = xi.head<3>(), phi = xi.tail<3>();
+    const RotationSeries f(phi.squaredNorm());
+    const Matrix3 k = hat(phi);
+    const Matrix3 k2 = k * k;
+    return {rho + f.b * k * rho + f.c * k2 * rho, Matrix3::Identity() + f.a * k + f.b * k2};
+}
+
+Matrix6 ad(const Vector6& xi) {
+    Matrix6 m;
+    m << hat(xi.tail<3>()), hat(xi.head<3>()), Matrix3::Zero(), hat(xi.tail<3>());
+    return m;
+}
+
+RightJacobianInverse::RightJacobianInverse(const Vector6& xi) : ad_(ad(xi)), xi_(xi) {
+    // J_r^-1 = z/(1 - e^-z) at z = ad, = z/2 + (z/2) coth(z/2). On SE(3) ad has the eigenvalues 0 and (twice each)
+    // +-i theta, so the even part is 1 + c2 ad^2 + c4 ad^4 with coefficients that match value and slope at i theta:
+    // with q = (theta/2) cot(theta/2) and z = theta^2,  q = 1 - c2 z + c4 z^2  and  dq/dz = -c2 + 2 c4 z.
+    const double z = xi.tail<3>().squaredNorm();
+    double q, dq, ddq;
+    half_cotangent(z, q, dq, ddq);
+    if (z < 0.04) {
+        // The same from the series of q: c4 = sum_{k>=2} (k-1) q_k z^(k-2), c2 = sum_{k>=1} (k-2) q_k z^(k-1).
+        static constexpr std::array<double, 9> s = {1.0, -1.0 / 12.0, -1.0 / 720.0, -1.0 / 30240.0, -1.0 / 1209600.0,
+                                                    -1.0 / 47900160.0, -691.0 / 1307674368000.0,
+                                                    -1.0 / 74724249600.0, -3617.0 / 10670622842880000.0};
+        c2_ = c4_ = c2_slope_ = c4_slope_ = 0.0;
+        for (int k = 8; k >= 2; --k) c4_slope_ = c4_slope_ * z + c4_, c4_ = c4_ * z + (k - 1) * s[k];
+        for (int k = 8; k >= 1; --k) c2_slope_ = c2_slope_ * z + c2_, c2_ = c2_ * z + (k - 2) * s[k];
+    } else {
+        c4_ = (z * dq - (q - 1.0)) / (z * z);
+        c2_ = (z * dq - 2.0 * (q - 1.0)) / z;
+        c4_slope_ = (z * ddq) / (z * z) - 2.0 * c4_ / z;
+        c2_slope_ = (z * ddq - dq) / z - c2_ / z;
+    }
+    const Matrix6 ad2 = ad_ * ad_;
+    matrix_ = Matrix6::Identity() + 0.5 * ad_ + c2_ * ad2 + c4_ * ad2 * ad2;
+}
+
+Matrix6 RightJacobianInverse::derivative(const Vector6& w) const {
+    // Columns ad(e_j)^T v: linear in v.
+    const auto coadjoint = [](const Vector6& v) {
+        Matrix6 m;
+        m << Matrix3::Zero(), hat(v.head<3>()), hat(v.head<3>()), hat(v.tail<3>());
+        return m;
+    };
+    const Matrix6 at = ad_.transpose();
+    const Vector6 w1 = at * w, w2 = at * w1, w3 = at * w2, w4 = at * w3;
+    const Matrix6 p0 = coadjoint(w), p1 = coadjoint(w1);
+    const Matrix6 first = at * p0 + p1;                                          // d(ad^2)^T w
+    const Matrix6 third = at * (at * first + coadjoint(w2)) + coadjoint(w3);     // d(ad^4)^T w
+    Matrix6 m = 0.5 * p0 + c2_ * first + c4_ * third;
+    m.rightCols<3>() += (c2_slope_ * w2 + c4_slope_ * w4) * (2.0 * xi_.tail<3>()).transpose();
+    return m;
+}
+
+}  // namespace softlimb
