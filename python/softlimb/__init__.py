@@ -2,5 +2,6 @@
 
 from softlimb import units
 from softlimb._core import Gent, MooneyRivlin, NeoHookean, Ogden, Section, Yeoh
+from softlimb.tube import Fibres, Layer, Tube, TubeState
 
-__all__ = ["Gent", "MooneyRivlin", "NeoHookean", "Ogden", "Section", "Yeoh", "units"]
+__all__ = ["Fibres", "Gent", "Layer", "MooneyRivlin", "NeoHookean", "Ogden", "Section", "Tube", "TubeState", "Yeoh", "units"]
