@@ -87,9 +87,12 @@ double geodesic_element(const RodPiece& piece, const Pose& first, const Pose& se
         out.stiffness.block<3, 3>(at + 3, at + 3) -= hat(out.force.segment<3>(at + 3));
     }
     // Lumped load: minus half the load on each node.
-    const Vector3 half = 0.5 * piece.length * eigen(piece.load.force);
-    out.force.segment<3>(0) -= half;
-    out.force.segment<3>(6) -= half;
+    const Vector3 half_force = 0.5 * piece.length * eigen(piece.load.force);
+    const Vector3 half_moment = 0.5 * piece.length * eigen(piece.load.moment);
+    out.force.segment<3>(0) -= half_force;
+    out.force.segment<3>(3) -= half_moment;
+    out.force.segment<3>(6) -= half_force;
+    out.force.segment<3>(9) -= half_moment;
     return g.energy + load_potential(piece, first, second);
 }
 

@@ -1,0 +1,60 @@
+#pragma once
+// From a far start to the neighbourhood of a stable equilibrium: a trust-region descent of the potential energy of the
+// limb discretised by geodesic elements, with the exact Hessian. Where no potential exists (dead moments, following
+// wrenches) the work of the loads along each step takes its place. Source: cpp/MECHANICS.md, "Descent".
+#include "softlimb/limb/balance.hpp"
+#include "softlimb/limb/scene.hpp"
+#include "softlimb/solve/status.hpp"
+
+namespace softlimb::limb {
+
+struct DescentSettings {
+    int max_iterations = 300;
+    double radius = 0.5;         // first bound on a step: rotation [rad], translation in units of half a rod
+    double largest_radius = 2.0;
+    double small_step = 1e-3;    // a full Newton step below this ends the descent: the exact solver takes over
+    double largest_angle = 1.2;  // [rad] an element that bends further asks for a finer mesh
+};
+
+struct DescentReport {
+    solve::SolveStatus status = solve::SolveStatus::max_iterations;
+    bool needs_refinement = false;  // stopped because an element bent too far
+    bool left_saddle = false;       // stood on an unstable equilibrium and left it downhill
+    int iterations = 0, factorisations = 0;
+    double energy = 0.0;
+};
+
+class Descent {
+public:
+    Descent(const Geometry& geometry, const Scene& scene) : geometry_(geometry), scene_(scene) {}
+    /// Moves `shape` downhill. Element counts stay as they are.
+    DescentReport run(Shape& shape, const DescentSettings& settings);
+
+private:
+    void resize(const Shape& shape);
+    bool linearise(const Shape& shape);       // forces and stiffness of all elements; false when not finite
+    bool factor(const Shape& shape, double multiplier);  // false when the shifted Hessian is not positive definite
+    void solve_for_step(const Shape& shape);
+    void solve_for_unstable_mode(const Shape& shape);
+    double step_size() const;
+    double slope_along_step(const Shape& shape) const;
+    double metric_norm_squared() const;
+    void scale_step(double factor);
+    void apply(const Shape& from, Shape& to) const;
+    double energy(const Shape& shape) const;
+    double work_on_step(const Shape& from, const Shape& to) const;
+
+    const Geometry& geometry_;
+    const Scene& scene_;
+    std::vector<rod::Chain> chains_;
+    Balance balance_;
+    std::vector<Vector6> moves_;
+    std::vector<std::vector<Vector6>> node_moves_;
+    Vector6 metric_;
+    double length_scale_ = 1.0;
+};
+
+/// Largest bend of an element of the shape [rad].
+double largest_element_angle(const Shape& shape);
+
+}  // namespace softlimb::limb

@@ -1,0 +1,50 @@
+#pragma once
+// The plan of a solve: where to start, how to get near, when to believe the answer.
+//
+//   warm:  a shape is given       -> exact Newton; accepted when it converges and is stable
+//   cold:  constant curvature     -> descent on few geodesic elements -> finer elements, descent -> exact Newton
+//   check: same basin as the descent, unstable modes counted; if unstable, leave along the mode and descend again
+//
+// Source: cpp/MECHANICS.md, "Plan of a solve".
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "softlimb/limb/equilibrium.hpp"
+
+namespace softlimb::limb {
+
+struct SolveOptions {
+    double tolerance = 1e-6;
+    bool prefer_stable = true;
+    int max_iterations = 60;
+};
+
+struct Solution {
+    Shape shape;
+    solve::SolveStatus status = solve::SolveStatus::max_iterations;
+    std::string message;
+    std::vector<std::string> plan;  // what was left out or simplified, and which way was taken, in words
+    int iterations = 0;             // Newton iterations of the exact solver
+    int descent_iterations = 0;
+    double residual = 0.0, error_estimate = 0.0;
+    bool conservative = true;
+    bool stable = false;
+    std::optional<int> unstable_modes;  // none without a potential, or without a solution
+    Vector6 base_wrench = Vector6::Zero();
+    std::vector<Vector6> reactions;
+    Matrix6 compliance = Matrix6::Zero();  // tip (dp, dtheta) by tip wrench
+};
+
+/// Equilibrium of the scene. Never raises for a scene that has none: the status says so.
+Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions& options, const Shape* start);
+
+/// Response of the tip (6) to each rod's parameter: rates of section and rest length of rod i in `slopes`.
+struct RodSlope {
+    Section section;  // field by field derivative
+    double rest_length = 0.0;
+};
+std::vector<Vector6> tip_response(const Geometry& geometry, const Scene& scene, const Shape& shape, double tolerance,
+                                  const std::vector<RodSlope>& slopes);
+
+}  // namespace softlimb::limb

@@ -1,0 +1,25 @@
+#pragma once
+// A shape to start from: each segment bent to the constant curvature that its rest lengths ask for.
+#include "softlimb/limb/scene.hpp"
+
+namespace softlimb::limb {
+
+/// Plates of the unloaded limb under constant curvature; held plates at their holds.
+std::vector<Pose> constant_curvature_plates(const Geometry& geometry, const Scene& scene);
+
+/// Rods along the SE(3) geodesics between given plates, `elements` each.
+Shape geodesic_shape(const Geometry& geometry, const Scene& scene, const std::vector<Pose>& plates, int elements);
+
+/// Shape on given plates with the wrenches of the geodesics, ready for Newton.
+Shape start_from_plates(const Geometry& geometry, const Scene& scene, const std::vector<Pose>& plates);
+
+/// Base wrenches of all pieces from the strains of their geodesics.
+void set_geodesic_wrenches(const Scene& scene, Shape& shape);
+
+/// Splits every element of rod i into `parts` along its geodesic.
+void split_elements(RodShape& rod, int parts);
+
+/// Moves a plate onto its hold.
+void meet_hold(const Hold& hold, Pose& plate);
+
+}  // namespace softlimb::limb

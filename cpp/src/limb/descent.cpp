@@ -1,0 +1,323 @@
+#include "softlimb/limb/descent.hpp"
+
+
+#include <algorithm>
+#include <random>
+
+#include "softlimb/limb/start.hpp"
+
+namespace softlimb::limb {
+namespace {
+
+rod::RodPiece piece_of(const Scene& scene, const Shape& shape, int i) {
+    return {&scene.rods[i].section, scene.rods[i].rest_length / shape.rods[i].elements(), scene.line_load(i)};
+}
+
+}  // namespace
+
+double largest_element_angle(const Shape& shape) {
+    double largest = 0.0;
+    for (const RodShape& rod : shape.rods)
+        for (int e = 0; e < rod.elements(); ++e)
+            largest = std::max(largest, log_so3(rod.nodes[e].rotation.transpose() * rod.nodes[e + 1].rotation).norm());
+    return largest;
+}
+
+void Descent::resize(const Shape& shape) {
+    const int rods = static_cast<int>(shape.rods.size());
+    chains_.resize(rods), node_moves_.resize(rods);
+    double length = 0.0, bending = 0.0;
+    for (int i = 0; i < rods; ++i) {
+        chains_[i].resize(shape.rods[i].elements());
+        node_moves_[i].assign(shape.rods[i].elements() + 1, Vector6::Zero());
+        length += scene_.rods[i].rest_length / rods;
+        bending += scene_.rods[i].section.bending / scene_.rods[i].rest_length / rods;
+    }
+    balance_.resize(geometry_.plates());
+    moves_.assign(geometry_.plates(), Vector6::Zero());
+    length_scale_ = 0.5 * length;
+    metric_.head<3>().setConstant(bending / (length_scale_ * length_scale_));
+    metric_.tail<3>().setConstant(bending);
+}
+
+bool Descent::linearise(const Shape& shape) {
+    for (std::size_t i = 0; i < shape.rods.size(); ++i) {
+        const rod::RodPiece piece = piece_of(scene_, shape, static_cast<int>(i));
+        const RodShape& rod = shape.rods[i];
+        for (int e = 0; e < rod.elements(); ++e) {
+            rod::ElementStiffness& element = chains_[i].element(e);
+            rod::geodesic_element(piece, rod.nodes[e], rod.nodes[e + 1], element);
+            if (!element.force.allFinite() || !element.stiffness.allFinite()) return false;
+        }
+    }
+    return true;
+}
+
+bool Descent::factor(const Shape& shape, double multiplier) {
+    const Vector6 shift = multiplier * metric_;
+    for (rod::Chain& chain : chains_)
+        if (!chain.condense(shift, true, true).regular) return false;
+    balance_.assemble(geometry_, scene_, shape.plates, chains_, true);
+    balance_.apply_holds(scene_, shape.plates, true);
+    balance_.add_shift(shift);
+    return balance_.factor_positive();
+}
+
+void Descent::solve_for_step(const Shape& shape) {
+    balance_.solve(balance_.residual(), moves_);
+    int i = 0;
+    for (int j = 0; j < geometry_.plates(); ++j)
+        for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
+            auto& nodes = node_moves_[i];
+            Balance::end_moves(geometry_, shape.plates, moves_, j, static_cast<int>(k), nodes.front(), nodes.back());
+            chains_[i].recover(nodes);
+        }
+}
+
+void Descent::solve_for_unstable_mode(const Shape& shape) {
+    // Inverse iteration with the shifted Hessian, which is barely positive definite: the direction turns into the
+    // lowest mode within a few solves. The start is random but seeded: the same scene gives the same answer.
+    std::mt19937 generator(20261122u);
+    std::normal_distribution<double> normal;
+    const auto draw = [&] {
+        Vector6 v;
+        for (int k = 0; k < 6; ++k) v(k) = normal(generator) * metric_(k);
+        return v;
+    };
+    std::vector<Vector6> plate_rhs(geometry_.plates());
+    std::vector<std::vector<Vector12>> loads(chains_.size());
+    std::vector<std::vector<Vector6>> interior(chains_.size());
+    std::vector<Vector12> rod_ends(chains_.size());
+    for (Vector6& r : plate_rhs) r = draw();
+    for (std::size_t i = 0; i < chains_.size(); ++i) {
+        loads[i].assign(chains_[i].elements(), Vector12::Zero());
+        interior[i].assign(chains_[i].elements() + 1, Vector6::Zero());
+        for (int e = 1; e < chains_[i].elements(); ++e) loads[i][e].head<6>() = draw();
+    }
+    for (int round = 0; round < 8; ++round) {
+        for (std::size_t i = 0; i < chains_.size(); ++i) rod_ends[i] = chains_[i].condense_loads(loads[i], interior[i]);
+        std::vector<Vector6> rhs(geometry_.plates());
+        Balance::carry(geometry_, shape.plates, rod_ends, rhs);
+        for (int j = 0; j < geometry_.plates(); ++j) rhs[j] = balance_.projector(j) * (rhs[j] + plate_rhs[j]);
+        balance_.solve(rhs, moves_);
+        int i = 0;
+        for (int j = 0; j < geometry_.plates(); ++j)
+            for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
+                auto& nodes = node_moves_[i];
+                Balance::end_moves(geometry_, shape.plates, moves_, j, static_cast<int>(k), nodes.front(),
+                                   nodes.back());
+                chains_[i].recover_with(interior[i], nodes);
+            }
+        scale_step(1.0 / std::max(step_size(), 1e-300));
+        for (int j = 0; j < geometry_.plates(); ++j) plate_rhs[j] = metric_.cwiseProduct(moves_[j]);
+        for (std::size_t r = 0; r < chains_.size(); ++r)
+            for (int e = 1; e < chains_[r].elements(); ++e)
+                loads[r][e].head<6>() = metric_.cwiseProduct(node_moves_[r][e]);
+    }
+}
+
+double Descent::step_size() const {
+    double size = 0.0;
+    const auto grow = [&](const Vector6& x) {
+        size = std::max({size, x.head<3>().norm() / length_scale_, x.tail<3>().norm()});
+    };
+    for (const Vector6& x : moves_) grow(x);
+    for (const auto& nodes : node_moves_)
+        for (const Vector6& x : nodes) grow(x);
+    return size;
+}
+
+double Descent::slope_along_step(const Shape& shape) const {
+    double slope = 0.0;
+    for (std::size_t i = 0; i < chains_.size(); ++i)
+        for (int e = 0; e < chains_[i].elements(); ++e) {
+            const Vector12& force = chains_[i].element(e).force;
+            slope += force.head<6>().dot(node_moves_[i][e]) + force.tail<6>().dot(node_moves_[i][e + 1]);
+        }
+    for (int j = 0; j < geometry_.plates(); ++j)
+        slope -= plate_load(geometry_, scene_, shape.plates[j], j, nullptr).dot(moves_[j]);
+    return slope;
+}
+
+double Descent::metric_norm_squared() const {
+    double norm = 0.0;
+    for (const Vector6& x : moves_) norm += x.dot(metric_.cwiseProduct(x));
+    for (const auto& nodes : node_moves_)
+        for (std::size_t e = 1; e + 1 < nodes.size(); ++e) norm += nodes[e].dot(metric_.cwiseProduct(nodes[e]));
+    return norm;
+}
+
+void Descent::scale_step(double factor) {
+    for (Vector6& x : moves_) x *= factor;
+    for (auto& nodes : node_moves_)
+        for (Vector6& x : nodes) x *= factor;
+}
+
+void Descent::apply(const Shape& from, Shape& to) const {
+    const auto moved = [](const Pose& pose, const Vector6& x) {
+        return Pose{pose.position + x.head<3>(), orthonormalised(exp_so3(x.tail<3>()) * pose.rotation)};
+    };
+    for (int j = 0; j < geometry_.plates(); ++j) {
+        to.plates[j] = moved(from.plates[j], moves_[j]);
+        meet_hold(scene_.holds[j], to.plates[j]);
+    }
+    for (std::size_t i = 0; i < chains_.size(); ++i)
+        for (int e = 1; e < chains_[i].elements(); ++e)
+            to.rods[i].nodes[e] = moved(from.rods[i].nodes[e], node_moves_[i][e]);
+    attach_rods(geometry_, to);
+}
+
+double Descent::energy(const Shape& shape) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < shape.rods.size(); ++i) {
+        const rod::RodPiece piece = piece_of(scene_, shape, static_cast<int>(i));
+        const RodShape& rod = shape.rods[i];
+        for (int e = 0; e < rod.elements(); ++e) sum += rod::geodesic_energy(piece, rod.nodes[e], rod.nodes[e + 1]);
+    }
+    for (int j = 0; j < geometry_.plates(); ++j) {
+        const Segment& segment = geometry_.segments[j];
+        const Pose& plate = shape.plates[j];
+        const Vector3 centre = plate.position + 0.5 * segment.plate_thickness * plate.rotation.col(2);
+        sum -= segment.plate_mass * scene_.gravity.dot(centre);
+        if (!scene_.following) sum -= scene_.wrenches[j].head<3>().dot(plate.position);
+    }
+    return sum;
+}
+
+double Descent::work_on_step(const Shape& from, const Shape& to) const {
+    double work = 0.0;
+    for (int j = 0; j < geometry_.plates(); ++j) {
+        const Vector6& w = scene_.wrenches[j];
+        if (w.isZero(0.0)) continue;
+        const Vector3 turn = log_so3(to.plates[j].rotation * from.plates[j].rotation.transpose());
+        if (!scene_.following) {
+            work += w.tail<3>().dot(turn);
+            continue;
+        }
+        const Matrix3 mean = 0.5 * (from.plates[j].rotation + to.plates[j].rotation);
+        work += (mean * w.head<3>()).dot(to.plates[j].position - from.plates[j].position);
+        work += (mean * w.tail<3>()).dot(turn);
+    }
+    for (std::size_t i = 0; i < from.rods.size(); ++i) {
+        const Vector3 l = eigen(scene_.rods[i].line_load.moment);
+        if (l.isZero(0.0)) continue;
+        const RodShape &a = from.rods[i], &b = to.rods[i];
+        const double h = scene_.rods[i].rest_length / a.elements();
+        for (int k = 0; k <= a.elements(); ++k) {
+            const double share = (k == 0 || k == a.elements()) ? 0.5 * h : h;
+            work += share * l.dot(log_so3(b.nodes[k].rotation * a.nodes[k].rotation.transpose()));
+        }
+    }
+    return work;
+}
+
+DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
+    using solve::SolveStatus;
+    DescentReport report;
+    resize(shape);
+    double radius = settings.radius, multiplier = 0.0;
+    report.energy = energy(shape);
+    Shape trial = shape;
+    int saddles = 0;
+    bool fresh = true;  // the elements at hand belong to the shape
+    if (!std::isfinite(report.energy) || !linearise(shape)) {
+        report.status = SolveStatus::not_finite;
+        return report;
+    }
+    for (; report.iterations < settings.max_iterations; ++report.iterations) {
+        if (!fresh && !linearise(shape)) {
+            report.status = SolveStatus::not_finite;
+            return report;
+        }
+        fresh = true;
+        // The smallest multiplier of a ladder that makes the model convex and keeps its step inside the radius.
+        multiplier = multiplier > 4e-3 ? 0.1 * multiplier : 0.0;
+        double size = 0.0;
+        bool convex = false;
+        for (int rung = 0; rung < 60; ++rung) {
+            ++report.factorisations;
+            convex = factor(shape, multiplier);
+            if (convex) {
+                solve_for_step(shape);
+                size = step_size();
+                if (size <= 1.25 * radius) break;
+            }
+            multiplier = std::max(1e-3, 4.0 * multiplier);
+        }
+        if (!convex || !std::isfinite(size)) {
+            report.status = SolveStatus::not_finite;
+            return report;
+        }
+        const double slope = slope_along_step(shape);
+        const double predicted = 0.5 * slope - 0.5 * multiplier * metric_norm_squared();
+        const double noise = 1e-13 * std::abs(report.energy) + 1e-300;
+        if (multiplier == 0.0 && size < settings.small_step) {
+            apply(shape, trial);
+            if (largest_element_angle(trial) < 2.0) shape = trial;
+            report.status = SolveStatus::converged;
+            return report;
+        }
+        if (multiplier > 0.0 && size < settings.small_step && radius > 2.0 * settings.small_step) {
+            ++report.factorisations;
+            if (factor(shape, 0.0)) {
+                multiplier = 0.0;  // the Hessian is convex by now: only the ladder had not come down yet
+                continue;
+            }
+            factor(shape, multiplier);
+            // The slope has vanished but the Hessian is indefinite: an unstable equilibrium. Leave it downhill.
+            if (++saddles > 20) {
+                report.status = SolveStatus::no_progress;
+                return report;
+            }
+            report.left_saddle = true;
+            solve_for_unstable_mode(shape);
+            double best = 0.0, best_factor = 0.0;
+            for (const double factor : {0.3, -0.3, 0.03, -0.03}) {
+                scale_step(factor);
+                apply(shape, trial);
+                const double change = energy(trial) - report.energy - work_on_step(shape, trial);
+                if (change < best && largest_element_angle(trial) < 2.0) best = change, best_factor = factor;
+                scale_step(1.0 / factor);
+            }
+            if (best_factor == 0.0) {
+                report.status = SolveStatus::no_progress;
+                return report;
+            }
+            scale_step(best_factor);
+            apply(shape, trial);
+            std::swap(shape, trial);
+            report.energy = energy(shape);
+            fresh = false;
+            multiplier = 0.0;
+            continue;
+        }
+        apply(shape, trial);
+        const double angle = largest_element_angle(trial);
+        const double trial_energy = energy(trial);
+        const double change = trial_energy - report.energy - work_on_step(shape, trial);
+        const bool acceptable = std::isfinite(trial_energy) && angle < 2.5 && change < 0.1 * predicted + noise;
+        if (!acceptable) {
+            radius = 0.3 * std::min(size, radius);
+            if (radius < 1e-10) {
+                report.status = SolveStatus::no_progress;
+                return report;
+            }
+            multiplier = std::max(1e-3, 4.0 * multiplier) / 0.1;  // the ladder starts from a tenth of it
+            continue;
+        }
+        if (change < 0.75 * predicted && size > 0.5 * radius) radius = std::min(2.0 * radius, settings.largest_radius);
+        if (change > 0.25 * predicted) radius = 0.5 * size;
+        std::swap(shape, trial);
+        report.energy = trial_energy;
+        fresh = false;
+        if (angle > settings.largest_angle) {
+            report.needs_refinement = true;
+            report.status = SolveStatus::no_progress;
+            ++report.iterations;
+            return report;
+        }
+    }
+    return report;
+}
+
+}  // namespace softlimb::limb

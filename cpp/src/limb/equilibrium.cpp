@@ -1,0 +1,376 @@
+#include "softlimb/limb/equilibrium.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "softlimb/limb/start.hpp"
+
+namespace softlimb::limb {
+namespace {
+
+/// How much a rod bends and how fast its solutions grow over a length: what the accuracy of a step depends on.
+double activity(const Section& section, const Vector6& wrench, double length) {
+    const double compliance = 1.0 / std::min(section.bending, section.torsion);
+    return length * (wrench.tail<3>().norm() * compliance + std::sqrt(wrench.head<3>().norm() / section.bending) +
+                     std::abs(section.rest_twist));
+}
+
+double largest_force(const Shape& shape) {
+    double largest = 0.0;
+    for (const RodShape& rod : shape.rods)
+        for (const Vector6& w : rod.wrenches) largest = std::max(largest, w.head<3>().norm());
+    return largest;
+}
+
+double largest_moment(const Shape& shape) {
+    double largest = 0.0;
+    for (const RodShape& rod : shape.rods)
+        for (const Vector6& w : rod.wrenches) largest = std::max(largest, w.tail<3>().norm());
+    return largest;
+}
+
+}  // namespace
+
+void choose_mesh(const Geometry& geometry, const Scene& scene, double tolerance, Shape& shape) {
+    static_cast<void>(geometry);
+    // One eighth-order step over an activity z errs by about 1e-8 z^8 of the length (tests/test_rod.py measures it); a
+    // piece of activity above 1.5 makes Newton's basin small.
+    constexpr double largest_piece = 1.5, error_of_unit_step = 1e-8;
+    const double step = std::clamp(std::pow(0.1 * tolerance / error_of_unit_step, 0.125), 0.1, largest_piece);
+    for (std::size_t i = 0; i < shape.rods.size(); ++i) {
+        RodShape& rod = shape.rods[i];
+        const Section& section = scene.rods[i].section;
+        const double length = scene.rods[i].rest_length / rod.elements();
+        double z = 0.0;
+        for (const Vector6& w : rod.wrenches) z = std::max(z, activity(section, w, length));
+        z = std::min(z, 1e3);
+        split_elements(rod, std::max(1, static_cast<int>(std::ceil(z / largest_piece))));
+        const double piece = z / std::max(1.0, std::ceil(z / largest_piece));
+        rod.integration = {8, std::max(1, static_cast<int>(std::ceil(piece / step)))};
+    }
+}
+
+double largest_activity(const Scene& scene, const Shape& shape) {
+    double largest = 0.0;
+    for (std::size_t i = 0; i < shape.rods.size(); ++i) {
+        const double length = scene.rods[i].rest_length / shape.rods[i].elements();
+        for (const Vector6& w : shape.rods[i].wrenches)
+            largest = std::max(largest, activity(scene.rods[i].section, w, length));
+    }
+    return largest;
+}
+
+void Equilibrium::resize(const Shape& shape) {
+    const std::size_t rods = shape.rods.size();
+    chains_.resize(rods), exact_.resize(rods), node_moves_.resize(rods), wrench_moves_.resize(rods);
+    loads_.resize(rods), gaps_.resize(rods), interior_.resize(rods), rod_forces_.resize(rods);
+    double length = 0.0;
+    for (std::size_t i = 0; i < rods; ++i) {
+        const int elements = shape.rods[i].elements();
+        chains_[i].resize(elements), exact_[i].resize(elements);
+        node_moves_[i].assign(elements + 1, Vector6::Zero());
+        wrench_moves_[i].assign(elements, Vector6::Zero());
+        loads_[i].assign(elements, Vector12::Zero());
+        gaps_[i].assign(elements, Vector6::Zero());
+        interior_[i].assign(elements + 1, Vector6::Zero());
+        length += scene_.rods[i].rest_length / static_cast<double>(rods);
+    }
+    balance_.resize(geometry_.plates());
+    moves_.assign(geometry_.plates(), Vector6::Zero());
+    plate_forces_.assign(geometry_.plates(), Vector6::Zero());
+    length_scale_ = 0.5 * length;
+}
+
+bool Equilibrium::linearise(const Shape& shape) {
+    rod_modes_ = 0;
+    for (std::size_t i = 0; i < shape.rods.size(); ++i) {
+        const rod::RodPiece part = piece(static_cast<int>(i), shape);
+        const RodShape& rod = shape.rods[i];
+        for (int e = 0; e < rod.elements(); ++e)
+            if (!exact_[i][e].linearise(part, rod.nodes[e], rod.nodes[e + 1], rod.wrenches[e], rod.integration,
+                                        chains_[i].element(e)))
+                return false;
+        const rod::Chain::Pivots pivots = chains_[i].condense(Vector6::Zero(), false, false);
+        if (!pivots.regular) return false;
+        rod_modes_ += pivots.negative;
+    }
+    balance_.assemble(geometry_, scene_, shape.plates, chains_, false);
+    balance_.apply_holds(scene_, shape.plates, false);
+    return balance_.factor();
+}
+
+void Equilibrium::propose(const Shape& shape) {
+    balance_.solve(balance_.residual(), moves_);
+    int i = 0;
+    for (int j = 0; j < geometry_.plates(); ++j)
+        for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
+            auto& nodes = node_moves_[i];
+            Balance::end_moves(geometry_, shape.plates, moves_, j, static_cast<int>(k), nodes.front(), nodes.back());
+            chains_[i].recover(nodes);
+            for (int e = 0; e < chains_[i].elements(); ++e)
+                wrench_moves_[i][e] = exact_[i][e].wrench_change(nodes[e], nodes[e + 1]);
+        }
+}
+
+bool Equilibrium::check_finer(const Shape& shape) {
+    // The same balance with half the step: its residual, met by the stiffness at hand, is the error of the answer.
+    int i = 0;
+    for (std::size_t r = 0; r < shape.rods.size(); ++r) {
+        const rod::RodPiece part = piece(static_cast<int>(r), shape);
+        const RodShape& rod = shape.rods[r];
+        const rod::Integration finer{rod.integration.order, 2 * rod.integration.steps};
+        for (int e = 0; e < rod.elements(); ++e) {
+            const rod::EndState end = rod::end_of(part, rod.nodes[e], rod.wrenches[e], finer);
+            if (!end.pose.finite() || !end.wrench.allFinite()) return false;
+            gaps_[r][e] = rod::pose_gap(end.pose, rod.nodes[e + 1]);
+            const Vector6 change = exact_[r][e].wrench_for_gap(gaps_[r][e]);
+            loads_[r][e] << -(rod.wrenches[e] + change),
+                end.wrench + exact_[r][e].end_wrench_by_base_wrench() * change;
+        }
+        rod_forces_[r] = chains_[r].condense_loads(loads_[r], interior_[r]);
+    }
+    Balance::carry(geometry_, shape.plates, rod_forces_, plate_forces_);
+    for (int j = 0; j < geometry_.plates(); ++j) {
+        plate_forces_[j] -= plate_load(geometry_, scene_, shape.plates[j], j, nullptr);
+        plate_forces_[j] = balance_.projector(j) * plate_forces_[j];
+        // Holds are met exactly by construction; their rows ask for no further move.
+    }
+    balance_.solve(plate_forces_, moves_);
+    for (int j = 0; j < geometry_.plates(); ++j)
+        for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
+            auto& nodes = node_moves_[i];
+            Balance::end_moves(geometry_, shape.plates, moves_, j, static_cast<int>(k), nodes.front(), nodes.back());
+            chains_[i].recover_with(interior_[i], nodes);
+            for (int e = 0; e < chains_[i].elements(); ++e) {
+                const Vector6 stretch = exact_[i][e].gap() - gaps_[i][e];  // the finer gap in place of the coarse one
+                wrench_moves_[i][e] =
+                    exact_[i][e].wrench_change(nodes[e], nodes[e + 1]) - exact_[i][e].wrench_for_gap(stretch);
+            }
+        }
+    return true;
+}
+
+double Equilibrium::step_size(const Shape& shape) const {
+    // Translations count relative to the limb, rotations in radians. A wrench a thousand times less: it enters the tip
+    // through the compliance, but a stiff rod may still push its error of position into a force.
+    const double force = std::max(largest_force(shape), 1e-300), moment = std::max(largest_moment(shape), 1e-300);
+    double floor_force = 0.0, floor_moment = 0.0;
+    for (const RodAtPressure& rod : scene_.rods) {
+        floor_moment = std::max(floor_moment, rod.section.bending / rod.rest_length);
+        floor_force = std::max(floor_force, rod.section.bending / (rod.rest_length * rod.rest_length));
+    }
+    double size = 0.0;
+    const auto grow = [&](const Vector6& x) {
+        size = std::max({size, x.head<3>().norm() / geometry_.length, x.tail<3>().norm()});
+    };
+    for (const Vector6& x : moves_) grow(x);
+    for (const auto& nodes : node_moves_)
+        for (const Vector6& x : nodes) grow(x);
+    for (const auto& wrenches : wrench_moves_)
+        for (const Vector6& w : wrenches)
+            size = std::max({size, 1e-3 * w.head<3>().norm() / std::max(force, floor_force),
+                             1e-3 * w.tail<3>().norm() / std::max(moment, floor_moment)});
+    return size;
+}
+
+double Equilibrium::bounded_factor(double largest_turn) const {
+    double turn = 0.0;
+    const auto grow = [&](const Vector6& x) {
+        turn = std::max({turn, x.head<3>().norm() / length_scale_, x.tail<3>().norm()});
+    };
+    for (const Vector6& x : moves_) grow(x);
+    for (const auto& nodes : node_moves_)
+        for (const Vector6& x : nodes) grow(x);
+    return turn > largest_turn ? largest_turn / turn : 1.0;
+}
+
+void Equilibrium::apply(double factor, Shape& shape) {
+    const auto move = [factor](Pose& pose, const Vector6& x) {
+        pose.position += factor * x.head<3>();
+        pose.rotation = orthonormalised(exp_so3(factor * x.tail<3>()) * pose.rotation);
+    };
+    for (int j = 0; j < geometry_.plates(); ++j) move(shape.plates[j], moves_[j]);
+    for (std::size_t i = 0; i < shape.rods.size(); ++i) {
+        RodShape& rod = shape.rods[i];
+        for (int e = 0; e < rod.elements(); ++e) {
+            if (e > 0) move(rod.nodes[e], node_moves_[i][e]);
+            rod.wrenches[e] += factor * wrench_moves_[i][e];
+        }
+    }
+    attach_rods(geometry_, shape);
+}
+
+double Equilibrium::relative_residual(const Shape& shape) const {
+    double force = 0.0, moment = 0.0;
+    for (const RodAtPressure& rod : scene_.rods) {
+        force = std::max(force, rod.section.bending / (rod.rest_length * rod.rest_length));
+        moment = std::max(moment, rod.section.bending / rod.rest_length);
+    }
+    force = std::max(force, largest_force(shape));
+    moment = std::max(moment, largest_moment(shape));
+    double residual = 0.0;
+    for (int j = 0; j < geometry_.plates(); ++j) {
+        const Vector6 r = balance_.projector(j) * balance_.full_residual()[j];
+        residual = std::max({residual, r.head<3>().norm() / force, r.tail<3>().norm() / moment});
+    }
+    for (std::size_t i = 0; i < shape.rods.size(); ++i)
+        for (const auto& element : exact_[i])
+            residual = std::max({residual, element.gap().head<3>().norm() / geometry_.length,
+                                 element.gap().tail<3>().norm()});
+    return residual;
+}
+
+NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings) {
+    using solve::SolveStatus;
+    NewtonReport report;
+    resize(shape);
+    double previous = 1e300;
+    int refinements = 0, stalls = 0;
+    bool refined = false;
+    for (; report.iterations < settings.max_iterations; ++report.iterations) {
+        if (!linearise(shape)) {
+            report.status = SolveStatus::singular_jacobian;
+            return report;
+        }
+        report.residual = relative_residual(shape);
+        propose(shape);
+        const double size = step_size(shape), factor = bounded_factor(settings.largest_turn);
+        if (!std::isfinite(size)) {
+            report.status = SolveStatus::not_finite;
+            return report;
+        }
+        apply(factor, shape);
+        // Newton's error after a step is about its square. The pass below measures it, so this only avoids vain passes.
+        const bool near = factor == 1.0 && (size * size < 0.1 * settings.tolerance || size < 1e-9);
+        if (factor == 1.0 && size > 0.5 * previous && size < 1e-6) ++stalls;
+        previous = size;
+        if (!near) {
+            refined = false;
+            continue;
+        }
+        if (!check_finer(shape)) {
+            report.status = SolveStatus::not_finite;
+            return report;
+        }
+        const double error = step_size(shape);
+        report.error_estimate = error;
+        // Rounding sets a floor: a Newton step below 1e-11 that no longer shrinks is as good as doubles get.
+        if (error <= settings.tolerance) {
+            apply(1.0, shape);
+            ++report.iterations;
+            report.status = SolveStatus::converged;
+            count_modes(report);
+            return report;
+        }
+        if (stalls > 3 || refinements > 8) {
+            report.status = SolveStatus::no_progress;
+            return report;
+        }
+        apply(1.0, shape);
+        if (size < 0.1 * error || refined) {
+            // Not Newton's error but the integration's: finer steps.
+            const double ratio = std::pow(4.0 * error / settings.tolerance, 1.0 / 8.0);
+            for (RodShape& rod : shape.rods) {
+                const int steps = static_cast<int>(std::ceil(ratio * rod.integration.steps));
+                rod.integration.steps = std::max(rod.integration.steps + 1, std::min(steps, 4 * rod.integration.steps));
+            }
+            ++refinements;
+        }
+        refined = true;
+    }
+    return report;
+}
+
+void Equilibrium::count_modes(NewtonReport& report) const {
+    // Inertia of the symmetric part, confined to the free freedoms on both sides; Sylvester's law adds the pivots up.
+    const solve::BlockTridiagonal& k = balance_.system();
+    solve::BlockTridiagonal symmetric;
+    symmetric.resize(k.rows());
+    symmetric.set_zero();
+    for (int j = 0; j < k.rows(); ++j) {
+        const Matrix6& p = balance_.projector(j);
+        const Matrix6 free = p * k.diagonal[j] * p;
+        const double weight = std::max(free.diagonal().cwiseAbs().maxCoeff(), 1e-300);
+        symmetric.diagonal[j] = 0.5 * (free + free.transpose()) + weight * (Matrix6::Identity() - p);
+        if (j + 1 == k.rows()) continue;
+        const Matrix6& next = balance_.projector(j + 1);
+        symmetric.upper[j] = 0.5 * p * (k.upper[j] + k.lower[j + 1].transpose()) * next;
+        symmetric.lower[j + 1] = symmetric.upper[j].transpose();
+    }
+    report.rod_modes = rod_modes_;
+    report.plate_modes = 0;
+    if (!symmetric.factor()) return;
+    for (const Matrix6& pivot : symmetric.pivots()) report.plate_modes += rod::negative_eigenvalues(pivot);
+}
+
+Eigen::MatrixXd Equilibrium::dense_stiffness() const {
+    const solve::BlockTridiagonal& k = balance_.system();
+    Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(6 * k.rows(), 6 * k.rows());
+    for (int j = 0; j < k.rows(); ++j) {
+        dense.block<6, 6>(6 * j, 6 * j) = k.diagonal[j];
+        if (j > 0) dense.block<6, 6>(6 * j, 6 * j - 6) = k.lower[j];
+        if (j + 1 < k.rows()) dense.block<6, 6>(6 * j, 6 * j + 6) = k.upper[j];
+    }
+    return dense;
+}
+
+void Equilibrium::respond(const std::vector<Vector6>& plate_wrenches, std::vector<Vector6>& moves) const {
+    std::vector<Vector6> rhs(plate_wrenches.size());
+    for (std::size_t j = 0; j < rhs.size(); ++j) rhs[j] = -(balance_.projector(static_cast<int>(j)) * plate_wrenches[j]);
+    balance_.solve(rhs, moves);
+}
+
+void Equilibrium::respond_to_rod(const Shape& shape, int i, const Section& section_slope, double length_slope,
+                                 std::vector<Vector6>& moves) const {
+    const RodShape& rod = shape.rods[i];
+    const rod::RodPiece part = piece(i, shape);
+    const double share = 1.0 / rod.elements();
+    const Vector3 weight_slope = section_slope.mass_per_length * scene_.gravity;
+    std::vector<Vector12> loads(rod.elements());
+    std::vector<Vector6> interior(rod.elements() + 1, Vector6::Zero());
+    for (int e = 0; e < rod.elements(); ++e) {
+        const rod::EndSlope slope = rod::end_slope(part, section_slope, share * length_slope, weight_slope, rod.nodes[e],
+                                                   rod.wrenches[e], rod.integration);
+        const Vector6 change = exact_[i][e].wrench_for_gap(slope.pose);
+        loads[e] << -change, slope.wrench + exact_[i][e].end_wrench_by_base_wrench() * change;
+    }
+    std::vector<Vector12> ends(shape.rods.size(), Vector12::Zero());
+    ends[i] = chains_[i].condense_loads(loads, interior);
+    std::vector<Vector6> rhs(geometry_.plates());
+    Balance::carry(geometry_, shape.plates, ends, rhs);
+    for (int j = 0; j < geometry_.plates(); ++j) rhs[j] = balance_.projector(j) * rhs[j];
+    balance_.solve(rhs, moves);
+}
+
+Vector6 Equilibrium::base_wrench(const Shape& shape) const {
+    Vector6 wrench = Vector6::Zero();
+    for (std::size_t k = 0; k < geometry_.segments[0].rods.size(); ++k) {
+        const Vector6& w = shape.rods[k].wrenches.front();
+        const Vector3 arm = geometry_.segments[0].rods[k].base.position;
+        wrench -= w;
+        wrench.tail<3>() -= arm.cross(Vector3(w.head<3>()));
+    }
+    return wrench;
+}
+
+std::vector<Vector6> Equilibrium::reactions(const Shape& shape) const {
+    // What the rods ask of a held plate beyond its loads, from the final wrenches by integration to the rods' ends.
+    std::vector<Vector12> ends(shape.rods.size());
+    for (std::size_t i = 0; i < shape.rods.size(); ++i) {
+        const RodShape& rod = shape.rods[i];
+        const int last = rod.elements() - 1;
+        const rod::EndState end =
+            rod::end_of(piece(static_cast<int>(i), shape), rod.nodes[last], rod.wrenches[last], rod.integration);
+        ends[i] << -rod.wrenches.front(), end.wrench;
+    }
+    std::vector<Vector6> reactions(geometry_.plates());
+    Balance::carry(geometry_, shape.plates, ends, reactions);
+    for (int j = 0; j < geometry_.plates(); ++j) {
+        reactions[j] -= plate_load(geometry_, scene_, shape.plates[j], j, nullptr);
+        if (!scene_.holds[j].any()) reactions[j].setZero();
+        else reactions[j] = ((Matrix6::Identity() - balance_.projector(j)) * reactions[j]).eval();
+    }
+    return reactions;
+}
+
+}  // namespace softlimb::limb

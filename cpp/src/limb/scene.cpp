@@ -1,0 +1,44 @@
+#include "softlimb/limb/scene.hpp"
+
+namespace softlimb::limb {
+
+Pose Geometry::footing(int j, const std::vector<Pose>& plates) const {
+    if (j == 0) return {};
+    Pose face = plates[j - 1];
+    face.position += segments[j - 1].plate_thickness * face.rotation.col(2);
+    return face;
+}
+
+rod::LineLoad<double> Scene::line_load(int i) const {
+    rod::LineLoad<double> load = rods[i].line_load;
+    load.force += rods[i].section.mass_per_length * vec3(gravity);
+    return load;
+}
+
+bool Scene::conservative() const {
+    for (std::size_t j = 0; j < wrenches.size(); ++j) {
+        const auto& held = holds[j].held;
+        const bool turns = !(held[3] && held[4] && held[5]);
+        if (turns && !wrenches[j].tail<3>().isZero(0.0)) return false;
+        if (turns && following && !wrenches[j].isZero(0.0)) return false;
+    }
+    for (const RodAtPressure& rod : rods) {
+        const auto& l = rod.line_load.moment;
+        if (l.x != 0.0 || l.y != 0.0 || l.z != 0.0) return false;
+    }
+    return true;
+}
+
+void attach_rods(const Geometry& geometry, Shape& shape) {
+    int i = 0;
+    for (int j = 0; j < geometry.plates(); ++j) {
+        const Pose foot = geometry.footing(j, shape.plates);
+        for (const Placement& place : geometry.segments[j].rods) {
+            RodShape& rod = shape.rods[i++];
+            rod.nodes.front() = foot * place.base;
+            rod.nodes.back() = shape.plates[j] * place.end;
+        }
+    }
+}
+
+}  // namespace softlimb::limb

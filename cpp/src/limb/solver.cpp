@@ -1,0 +1,215 @@
+#include "softlimb/limb/solver.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+#include "softlimb/limb/descent.hpp"
+#include "softlimb/limb/start.hpp"
+
+namespace softlimb::limb {
+namespace {
+
+using solve::SolveStatus;
+
+/// Largest distance of two shapes' plates: translations relative to the limb, rotations in radians.
+double distance(const Geometry& geometry, const Shape& a, const Shape& b) {
+    double largest = 0.0;
+    for (int j = 0; j < geometry.plates(); ++j) {
+        const Vector6 gap = rod::pose_gap(a.plates[j], b.plates[j]);
+        largest = std::max({largest, gap.head<3>().norm() / geometry.length, gap.tail<3>().norm()});
+    }
+    return largest;
+}
+
+/// Descends until the mesh is fine enough for its bends and the descent is done.
+DescentReport descend(const Geometry& geometry, const Scene& scene, Shape& shape, int& iterations) {
+    DescentReport report;
+    bool left_saddle = false;
+    for (int refinement = 0; refinement < 8; ++refinement) {
+        Descent descent(geometry, scene);
+        report = descent.run(shape, {});
+        iterations += report.iterations;
+        left_saddle = left_saddle || report.left_saddle;
+        if (!report.needs_refinement) break;
+        for (RodShape& rod : shape.rods) split_elements(rod, 2);
+    }
+    report.left_saddle = left_saddle;
+    return report;
+}
+
+struct Attempt {
+    Shape shape;
+    NewtonReport report;
+    bool converged() const { return report.status == SolveStatus::converged; }
+    bool stable() const { return converged() && report.plate_modes + report.rod_modes == 0; }
+};
+
+/// Exact Newton from a shape whose wrenches are set; refines the mesh until no piece is active enough to hide a mode.
+Attempt refine(const Geometry& geometry, const Scene& scene, const SolveOptions& options, Equilibrium& equilibrium,
+               Shape shape, int& iterations) {
+    Attempt attempt;
+    NewtonSettings settings;
+    settings.tolerance = options.tolerance;
+    settings.max_iterations = options.max_iterations;
+    choose_mesh(geometry, scene, options.tolerance, shape);
+    attempt.shape = std::move(shape);
+    for (int round = 0; round < 4; ++round) {
+        attempt.report = equilibrium.solve(attempt.shape, settings);
+        iterations += attempt.report.iterations;
+        if (!attempt.converged() || largest_activity(scene, attempt.shape) < 3.0) break;
+        choose_mesh(geometry, scene, options.tolerance, attempt.shape);
+    }
+    return attempt;
+}
+
+/// Real negative eigenvalues of a stiffness that is not symmetric: ways in which the limb diverges without oscillating.
+bool diverges(const Eigen::MatrixXd& stiffness) {
+    const Eigen::EigenSolver<Eigen::MatrixXd> solver(stiffness, false);
+    for (const auto& value : solver.eigenvalues())
+        if (value.real() < 0.0 && std::abs(value.imag()) < 1e-12 * std::abs(value.real())) return true;
+    return false;
+}
+
+void fill(const Geometry& geometry, const Scene& scene, const Equilibrium& equilibrium, const Attempt& attempt,
+          Solution& solution) {
+    solution.shape = attempt.shape;
+    solution.status = attempt.report.status;
+    solution.residual = attempt.report.residual;
+    solution.error_estimate = attempt.report.error_estimate;
+    if (!attempt.converged()) return;
+    const int modes = attempt.report.plate_modes + attempt.report.rod_modes;
+    solution.stable = modes == 0;
+    if (scene.conservative()) {
+        solution.unstable_modes = modes;
+    } else if (modes > 0 && attempt.report.rod_modes == 0) {
+        // A positive definite symmetric part excludes divergence; otherwise the eigenvalues themselves tell.
+        solution.stable = !diverges(equilibrium.dense_stiffness());
+    }
+    solution.base_wrench = equilibrium.base_wrench(solution.shape);
+    solution.reactions = equilibrium.reactions(solution.shape);
+    const int tip = geometry.plates() - 1;
+    std::vector<Vector6> wrenches(geometry.plates(), Vector6::Zero()), moves(geometry.plates());
+    for (int k = 0; k < 6; ++k) {
+        wrenches[tip] = Vector6::Unit(k);
+        equilibrium.respond(wrenches, moves);
+        solution.compliance.col(k) = moves[tip];
+    }
+}
+
+std::string count_of(int modes) {
+    return std::to_string(modes) + (modes == 1 ? " unstable mode" : " unstable modes");
+}
+
+}  // namespace
+
+Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions& options, const Shape* start) {
+    Solution solution;
+    solution.conservative = scene.conservative();
+    Equilibrium equilibrium(geometry, scene);
+    std::optional<Attempt> unstable;  // found on the way, in case nothing better turns up
+
+    const auto accept = [&](const Attempt& attempt, std::string message) {
+        fill(geometry, scene, equilibrium, attempt, solution);
+        solution.message = std::move(message);
+        return solution;
+    };
+    const auto good_enough = [&](const Attempt& attempt) {
+        return attempt.converged() && (attempt.stable() || !options.prefer_stable || !solution.conservative);
+    };
+
+    Shape shape;
+    if (start != nullptr) {
+        shape = *start;
+        Attempt attempt = refine(geometry, scene, options, equilibrium, shape, solution.iterations);
+        // A full Newton from a warm start may still run away to another posture: it must stay within reach.
+        if (attempt.converged() && (!options.prefer_stable || distance(geometry, attempt.shape, shape) < 2.0)) {
+            if (good_enough(attempt)) {
+                solution.plan.push_back("started from the given posture: Newton alone");
+                return accept(attempt, "converged from the given start");
+            }
+            unstable = attempt;
+            shape = attempt.shape;
+        }
+    } else {
+        shape = geodesic_shape(geometry, scene, constant_curvature_plates(geometry, scene), 1);
+        set_geodesic_wrenches(scene, shape);
+        if (!options.prefer_stable) {
+            Shape fine = shape;
+            for (RodShape& rod : fine.rods) split_elements(rod, 4);
+            set_geodesic_wrenches(scene, fine);
+            Attempt attempt = refine(geometry, scene, options, equilibrium, fine, solution.iterations);
+            if (attempt.converged()) {
+                solution.plan.push_back("started from constant curvature: Newton alone, any equilibrium accepted");
+                return accept(attempt, attempt.stable() ? "converged" : "converged to an unstable posture, as allowed");
+            }
+        }
+    }
+
+    // Far starts: descend on a coarse mesh, then on finer ones until the exact solution is the descent's own.
+    bool left_saddle = false;
+    const DescentReport coarse = descend(geometry, scene, shape, solution.descent_iterations);
+    left_saddle = left_saddle || coarse.left_saddle;
+    solution.plan.push_back(start ? "the given start was not enough: descent of the energy from there"
+                                  : "no start given: descent of the energy from constant curvature");
+    Attempt last;
+    for (int parts : {4, 8, 16, 32, 64}) {
+        for (RodShape& rod : shape.rods)
+            split_elements(rod, std::max(1, parts / rod.elements()));
+        const DescentReport fine = descend(geometry, scene, shape, solution.descent_iterations);
+        left_saddle = left_saddle || fine.left_saddle;
+        Shape warm = shape;
+        set_geodesic_wrenches(scene, warm);
+        Attempt attempt = refine(geometry, scene, options, equilibrium, warm, solution.iterations);
+        if (attempt.converged()) {
+            const bool same = distance(geometry, attempt.shape, shape) < 3.0 / parts;
+            if (same && good_enough(attempt)) {
+                std::string message = "converged";
+                if (left_saddle || unstable)
+                    message += "; an unstable posture was met first and left along its mode";
+                if (!attempt.stable() && solution.conservative)
+                    message += " to an unstable posture (" +
+                               count_of(attempt.report.plate_modes + attempt.report.rod_modes) + ")";
+                return accept(attempt, message);
+            }
+            if (!unstable || attempt.stable()) unstable = attempt;
+        }
+        last = std::move(attempt);
+    }
+    if (unstable) {
+        // Re-linearise at that posture, so that compliance and reactions belong to it.
+        Attempt again = refine(geometry, scene, options, equilibrium, unstable->shape, solution.iterations);
+        if (again.converged())
+            return accept(again, again.stable() ? "converged; not where the descent ended, another posture may exist"
+                                                : "converged to an unstable posture: no stable one was found");
+    }
+    fill(geometry, scene, equilibrium, last, solution);
+    switch (last.report.status) {
+        case SolveStatus::singular_jacobian:
+            solution.message = "not converged: the stiffness became singular (a fold or a mechanism)";
+            break;
+        case SolveStatus::not_finite:
+            solution.message = "not converged: the rods have no finite shape under these loads";
+            break;
+        default: solution.message = "not converged: Newton's budget ran out from every mesh";
+    }
+    return solution;
+}
+
+std::vector<Vector6> tip_response(const Geometry& geometry, const Scene& scene, const Shape& shape, double tolerance,
+                                  const std::vector<RodSlope>& slopes) {
+    Equilibrium equilibrium(geometry, scene);
+    Shape at = shape;
+    NewtonSettings settings;
+    settings.tolerance = tolerance;
+    std::vector<Vector6> responses;
+    if (equilibrium.solve(at, settings).status != SolveStatus::converged)
+        throw std::runtime_error("the posture is not an equilibrium: derivatives do not exist");
+    std::vector<Vector6> moves(geometry.plates());
+    for (std::size_t i = 0; i < slopes.size(); ++i) {
+        equilibrium.respond_to_rod(at, static_cast<int>(i), slopes[i].section, slopes[i].rest_length, moves);
+        responses.push_back(moves.back());
+    }
+    return responses;
+}
+
+}  // namespace softlimb::limb
