@@ -1,0 +1,408 @@
+"""A limb as a TOML document, and back bit for bit.
+
+The document names what it uses more than once, and the segments refer to it::
+
+    [materials.skin]
+    law = "yeoh"
+    c1_MPa = 0.0861
+    c2_MPa = 0.0136
+
+    [tubes.proximal]
+    length_mm = 200
+    mass_g = 98
+    layers = [
+        { inner_radius_mm = 18, outer_radius_mm = 20.5, material = "dragon-skin-30" },
+        { inner_radius_mm = 20.5, outer_radius_mm = 21.5, material = "skin", fibres = [
+            { angle_deg = 1.33, modulus_GPa = 31.067, fraction = 0.0083 },
+            { angle_deg = -1.33, modulus_GPa = 31.067, fraction = 0.0083 },
+        ] },
+    ]
+
+    [[segments]]
+    actuators = ["proximal", "proximal", "proximal"]
+    ring_radius_mm = 28
+    plate = { thickness_mm = 25, mass_g = 140 }
+
+A material that the document does not define is looked up in `softlimb.materials`. Rods given directly stand under
+``[rods.<name>]`` and a segment lists them as ``rods = [...]``; ``base_frames`` and ``end_frames`` replace the ring.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softlimb.quantities import (
+    ANGLE,
+    BENDING_STIFFNESS,
+    COMPLIANCE,
+    COUPLING,
+    DENSITY,
+    FORCE,
+    LENGTH,
+    MASS,
+    MASS_PER_LENGTH,
+    PRESSURE,
+    TWIST_PER_LENGTH,
+    Dimension,
+    Nested,
+    named_quantity,
+)
+from softlimb.scenes.table import Table, read_document, write_document
+
+if TYPE_CHECKING:
+    from softlimb import Section
+    from softlimb.limb import Limb, Plate, Rod, Segment
+    from softlimb.materials import Law
+    from softlimb.tube import Fibres, Layer, Tube
+
+
+class _Namer:
+    """Gives equal things one name: the tables `[materials.*]`, `[tubes.*]`, `[rods.*]` of a document."""
+
+    def __init__(self, stem: str) -> None:
+        self.stem = stem
+        self.things: list[Any] = []
+        self.tables: dict[str, dict[str, Any]] = {}
+
+    def name_of(self, thing: Any, table: Callable[[], dict[str, Any]]) -> str:
+        for i, known in enumerate(self.things, start=1):
+            if known == thing:
+                return f"{self.stem}-{i}"
+        self.things.append(thing)
+        name = f"{self.stem}-{len(self.things)}"
+        self.tables[name] = table()
+        return name
+
+
+def _entry(quantity: str, value: Any, dimension: Dimension, *prefer: str) -> dict[str, Nested]:
+    """One key with its unit."""
+    number: Nested = value.tolist() if isinstance(value, np.ndarray) else value
+    key, number = named_quantity(quantity, number, dimension, prefer)
+    return {key: number}
+
+
+# Every law's coefficients are pressures except these. A file gives them under the law's own parameter names.
+_PLAIN_COEFFICIENTS = ("alpha", "jm")
+_SECTION_QUANTITIES: dict[str, Dimension] = {
+    "axial": FORCE,
+    "shear": FORCE,
+    "bending": BENDING_STIFFNESS,
+    "torsion": BENDING_STIFFNESS,
+    "mass_per_length": MASS_PER_LENGTH,
+    "rest_twist": TWIST_PER_LENGTH,
+    "extension_twist": COUPLING,
+}
+_STIFFNESSES = ("axial", "shear", "bending", "torsion")
+
+
+def limb_to_dict(limb: Limb) -> dict[str, Any]:
+    """Describe a limb by plain tables, ready for a TOML writer.
+
+    Parameters
+    ----------
+    limb : Limb
+        Built of tubes, of rods, or of both.
+
+    Returns
+    -------
+    dict
+        As `limb_from_dict` reads it; the limb it makes equals `limb` bit for bit.
+    """
+    materials, tubes, rods = _Namer("material"), _Namer("tube"), _Namer("rod")
+    segments = [_segment_to_dict(segment, materials, tubes, rods) for segment in limb.segments]
+    document = {"materials": materials.tables, "tubes": tubes.tables, "rods": rods.tables, "segments": segments}
+    return {name: content for name, content in document.items() if content}
+
+
+def limb_from_dict(content: Mapping[str, Any], where: str = "") -> Limb:
+    """Build the limb that tables of a TOML document describe.
+
+    Parameters
+    ----------
+    content : mapping
+        Tables ``materials``, ``tubes``, ``rods``, ``segments``.
+    where : str
+        Path of the limb's table in its document, for messages.
+
+    Returns
+    -------
+    Limb
+
+    Raises
+    ------
+    ValueError
+        A key is unknown, missing, of the wrong type, not finite or has no unit; a name refers to nothing; or the limb's
+        own checks fail. The message says in which table.
+    """
+    from softlimb.limb import Limb
+
+    top = Table(content, where, others=("materials", "tubes", "rods", "segments"))
+    laws = {name: _law_from_dict(*part) for name, part in _named_tables(top, "materials").items()}
+    tubes = {name: _tube_from_dict(*part, laws) for name, part in _named_tables(top, "tubes").items()}
+    rods = {name: _rod_from_dict(*part) for name, part in _named_tables(top, "rods").items()}
+    segments = [_segment_from_dict(*part, tubes, rods) for part in top.mappings("segments")]
+    if not segments:
+        raise top.error("a limb needs at least one table `[[segments]]`: none")
+    return _checked(lambda: Limb(segments), top)
+
+
+def read_limb(path: str | Path) -> Limb:
+    """Read a limb from a TOML file.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        As `limb_from_dict`; the message starts with the file's name.
+    """
+    try:
+        return limb_from_dict(read_document(path))
+    except ValueError as error:
+        raise ValueError(error if str(path) in str(error) else f"{path}: {error}") from None
+
+
+def write_limb(limb: Limb, path: str | Path) -> None:
+    """Write a limb to a TOML file from which `read_limb` makes an equal limb."""
+    write_document(limb_to_dict(limb), path)
+
+
+def _named_tables(top: Table, name: str) -> dict[str, tuple[Mapping[str, Any], str]]:
+    tables = top.mapping(name)
+    for key, content in tables.items():
+        if not isinstance(content, dict):
+            raise top.error(f"`{name}.{key}` must be a table, got {content!r},")
+    return {key: (content, f"{top.path(name)}.{key}") for key, content in tables.items()}
+
+
+def _checked(build: Callable[[], Any], table: Table) -> Any:
+    """Build a thing; its own complaint gets the place in the file."""
+    try:
+        return build()
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{error} (in [{table.where}])" if table.where else str(error)) from None
+
+
+def _law_classes() -> dict[str, type[Law]]:
+    from softlimb import materials
+
+    return {law.name: law for law in materials.LAWS}
+
+
+def _law_to_dict(law: Law) -> dict[str, Any]:
+    table: dict[str, Any] = {"law": law.name}
+    for name, value in law.parameters.items():
+        number: Any = list(value) if isinstance(value, (tuple, list, np.ndarray)) else float(value)
+        table |= {name: number} if name in _PLAIN_COEFFICIENTS else _entry(name, number, PRESSURE, "MPa", "kPa", "Pa")
+    table |= _entry("density", law.density, DENSITY)
+    return table | ({"max_strain": law.max_strain} if law.max_strain else {})
+
+
+def _law_from_dict(content: Mapping[str, Any], where: str) -> Law:
+    classes = _law_classes()
+    name = content.get("law")
+    if not isinstance(name, str) or name not in classes:
+        known = ", ".join(f"{law!r}" for law in classes)
+        found = "is missing" if name is None else f"must be one of {known}, got {name!r},"
+        raise ValueError(f"`law` {found} in [{where}]")
+    parameters = classes[name].parameter_names
+    pressures = {key: PRESSURE for key in parameters if key not in _PLAIN_COEFFICIENTS}
+    plain = [key for key in parameters if key in _PLAIN_COEFFICIENTS]
+    table = Table(
+        content, where, quantities=pressures | {"density": DENSITY}, others=("law", "max_strain", "source", *plain)
+    )
+    coefficients = {key: table.nested(key) for key in parameters if key in table}
+    density = {"density": table.quantity("density")} if "density" in table else {}
+    max_strain = {"max_strain": table.number("max_strain")} if "max_strain" in table else {}
+    table.text("source", "")
+    law: Law = _checked(lambda: classes[name](**coefficients, **density, **max_strain), table)
+    return law
+
+
+def _law_named(name: str, laws: Mapping[str, Law], table: Table) -> Law:
+    from softlimb import materials
+
+    if name in laws:
+        return laws[name]
+    try:
+        return materials.get(name)
+    except (KeyError, ValueError) as error:
+        raise table.error(f"material {name!r} is neither defined in the file nor in the package: {error}") from None
+
+
+def _fibres_to_dict(fibres: Fibres) -> dict[str, Any]:
+    table = _entry("angle", fibres.angle, ANGLE)
+    if fibres.stiffness is not None:
+        return table | _entry("stiffness", fibres.stiffness, PRESSURE, "GPa", "MPa", "Pa")
+    return table | _entry("modulus", fibres.modulus, PRESSURE, "GPa", "MPa", "Pa") | {"fraction": fibres.fraction}
+
+
+def _fibres_from_dict(content: Mapping[str, Any], where: str) -> Fibres:
+    from softlimb.tube import Fibres
+
+    quantities = {"angle": ANGLE, "modulus": PRESSURE, "stiffness": PRESSURE}
+    table = Table(content, where, quantities=quantities, others=("fraction",))
+    options: dict[str, Any] = {"angle": table.quantity("angle")}
+    if "stiffness" in table:
+        options["stiffness"] = table.quantity("stiffness")
+        if "modulus" in table or "fraction" in table:
+            raise table.error("a fibre family takes either `stiffness` or `modulus` and `fraction`, got both")
+    else:
+        options |= {"modulus": table.quantity("modulus"), "fraction": table.number("fraction")}
+    return _checked(lambda: Fibres(**options), table)  # type: ignore[no-any-return]
+
+
+def _layer_to_dict(layer: Layer, materials: _Namer) -> dict[str, Any]:
+    table: dict[str, Any] = _entry("inner_radius", layer.inner_radius, LENGTH)
+    table |= _entry("outer_radius", layer.outer_radius, LENGTH)
+    table["material"] = materials.name_of(layer.law, lambda: _law_to_dict(layer.law))
+    fibres = [_fibres_to_dict(family) for family in layer.fibres]
+    return table | ({"fibres": fibres} if fibres else {})
+
+
+def _layer_from_dict(content: Mapping[str, Any], where: str, laws: Mapping[str, Law]) -> Layer:
+    from softlimb.tube import Layer
+
+    quantities = {"inner_radius": LENGTH, "outer_radius": LENGTH}
+    table = Table(content, where, quantities=quantities, others=("material", "fibres"))
+    inner, outer = table.quantity("inner_radius"), table.quantity("outer_radius")
+    law = _law_named(table.text("material"), laws, table)
+    fibres = [_fibres_from_dict(*part) for part in table.mappings("fibres")]
+    return _checked(lambda: Layer(inner, outer, law, fibres=fibres), table)  # type: ignore[no-any-return]
+
+
+def _tube_to_dict(tube: Tube, materials: _Namer) -> dict[str, Any]:
+    table: dict[str, Any] = _entry("length", tube.length, LENGTH)
+    if tube.mass is not None:
+        table |= _entry("mass", tube.mass, MASS)
+    table |= {"tension_only": tube.tension_only, "ends": tube.ends}
+    return table | {"layers": [_layer_to_dict(layer, materials) for layer in tube.layers]}
+
+
+def _tube_from_dict(content: Mapping[str, Any], where: str, laws: Mapping[str, Law]) -> Tube:
+    from softlimb.tube import Tube
+
+    table = Table(content, where, quantities={"length": LENGTH, "mass": MASS}, others=("tension_only", "ends", "layers"))
+    layers = [_layer_from_dict(*part, laws) for part in table.mappings("layers")]
+    options: dict[str, Any] = {"length": table.quantity("length"), "layers": layers}
+    options["mass"] = table.quantity("mass") if "mass" in table else None
+    options["tension_only"] = table.boolean("tension_only", False)
+    options["ends"] = table.text("ends", "free", choices=("free", "bonded"))
+    return _checked(lambda: Tube(**options), table)  # type: ignore[no-any-return]
+
+
+def _section_to_dict(section: Section) -> dict[str, Any]:
+    if section.nonlinear:
+        raise ValueError("a section with a nonlinear axial law has no TOML form: describe its tube instead")
+    table: dict[str, Any] = {}
+    for name, dimension in _SECTION_QUANTITIES.items():
+        value = getattr(section, name)
+        if name in _STIFFNESSES or value != 0.0:
+            table |= _entry(name, value, dimension, dimension.si)
+    return table
+
+
+def _rod_to_dict(rod: Rod) -> dict[str, Any]:
+    return _entry("length", rod.length, LENGTH) | {"section": _section_to_dict(rod.section)}
+
+
+def _rod_from_dict(content: Mapping[str, Any], where: str) -> Rod:
+    from softlimb import Section
+    from softlimb.limb import Rod
+
+    table = Table(content, where, quantities={"length": LENGTH}, others=("section",))
+    part = Table(table.mapping("section"), table.path("section"), quantities=_SECTION_QUANTITIES)
+    values = {name: part.quantity(name, None if name in _STIFFNESSES else 0.0) for name in _SECTION_QUANTITIES}
+    section = _checked(lambda: Section(**values), part)
+    return _checked(lambda: Rod(section, table.quantity("length")), table)  # type: ignore[no-any-return]
+
+
+def pose_to_dict(pose: NDArray[np.float64]) -> dict[str, Any]:
+    """A 4x4 pose as ``position_mm`` and, unless it is the identity, ``rotation`` (3x3, row by row)."""
+    table: dict[str, Any] = _entry("position", pose[:3, 3], LENGTH)
+    return table if np.array_equal(pose[:3, :3], np.eye(3)) else table | {"rotation": pose[:3, :3].tolist()}
+
+
+def pose_from_dict(content: Mapping[str, Any], where: str) -> NDArray[np.float64]:
+    """The 4x4 pose of `pose_to_dict`.
+
+    Raises
+    ------
+    ValueError
+        The rotation is not one.
+    """
+    table = Table(content, where, quantities={"position": LENGTH}, others=("rotation",))
+    pose = np.eye(4)
+    pose[:3, 3] = table.array("position", (3,))
+    if "rotation" in table:
+        rotation = table.array("rotation", (3, 3))
+        # Files carry six to seventeen digits; six digits leave 1e-6.
+        if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-5) or np.linalg.det(rotation) < 0.0:
+            raise table.error("`rotation` must be orthogonal with determinant 1; it is not")
+        pose[:3, :3] = rotation
+    return pose
+
+
+def _plate_to_dict(plate: Plate) -> dict[str, Any]:
+    return _entry("thickness", plate.thickness, LENGTH) | _entry("mass", plate.mass, MASS)
+
+
+def _plate_from_dict(content: Mapping[str, Any], where: str) -> Plate:
+    from softlimb.limb import Plate
+
+    table = Table(content, where, quantities={"thickness": LENGTH, "mass": MASS})
+    values = {name: table.quantity(name) for name in ("thickness", "mass") if name in table}
+    return _checked(lambda: Plate(**values), table)  # type: ignore[no-any-return]
+
+
+def _segment_to_dict(segment: Segment, materials: _Namer, tubes: _Namer, rods: _Namer) -> dict[str, Any]:
+    table: dict[str, Any] = {}
+    if segment.actuators:
+        table["actuators"] = [tubes.name_of(t, lambda t=t: _tube_to_dict(t, materials)) for t in segment.actuators]
+    else:
+        table["rods"] = [rods.name_of(rod, lambda rod=rod: _rod_to_dict(rod)) for rod in segment.rods]
+    if segment.ring_radius is not None:
+        table |= _entry("ring_radius", segment.ring_radius, LENGTH)
+    else:
+        table["base_frames"] = [pose_to_dict(frame) for frame in segment.base_frames]
+        table["end_frames"] = [pose_to_dict(frame) for frame in segment.end_frames]
+    return table | {"plate": _plate_to_dict(segment.plate)}
+
+
+def _segment_from_dict(
+    content: Mapping[str, Any], where: str, tubes: Mapping[str, Tube], rods: Mapping[str, Rod]
+) -> Segment:
+    from softlimb.limb import Segment
+
+    others = ("actuators", "rods", "plate", "base_frames", "end_frames")
+    table = Table(content, where, quantities={"ring_radius": LENGTH}, others=others)
+    options: dict[str, Any] = {}
+    if ("actuators" in table) == ("rods" in table):
+        raise table.error("a segment lists either `actuators` (names of tubes) or `rods`: give one of the two")
+    if "actuators" in table:
+        options["actuators"] = _referred(table, "actuators", "tubes", tubes)
+    else:
+        options["rods"] = _referred(table, "rods", "rods", rods)
+    if ("ring_radius" in table) == ("base_frames" in table or "end_frames" in table):
+        raise table.error("a segment is placed either by `ring_radius_mm` or by `base_frames` and `end_frames`: not so")
+    if "ring_radius" in table:
+        options["ring_radius"] = table.quantity("ring_radius")
+    else:
+        for name in ("base_frames", "end_frames"):
+            options[name] = np.array([pose_from_dict(*part) for part in table.mappings(name)]).reshape(-1, 4, 4)
+    if "plate" in table:
+        options["plate"] = _plate_from_dict(table.mapping("plate"), table.path("plate"))
+    return _checked(lambda: Segment(**options), table)  # type: ignore[no-any-return]
+
+
+def _referred(table: Table, key: str, kind: str, known: Mapping[str, Any]) -> list[Any]:
+    names = table.texts(key)
+    for name in names:
+        if name not in known:
+            defined: Sequence[str] = [f"{entry!r}" for entry in known]
+            listed = f"defined are {', '.join(defined)}" if defined else "none is defined"
+            raise table.error(f"`{key}` refers to {name!r}, but there is no table [{kind}.{name}] ({listed})")
+    return [known[name] for name in names]

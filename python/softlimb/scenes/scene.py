@@ -1,0 +1,409 @@
+"""A scene: a limb, its pressures and loads, what is asked of the solver, and the ranges of a sweep."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from softlimb.quantities import (
+    ACCELERATION,
+    FORCE,
+    FORCE_PER_LENGTH,
+    LENGTH,
+    MOMENT,
+    PRESSURE,
+    Dimension,
+    Nested,
+    named_quantity,
+)
+from softlimb.scenes.limb_file import limb_from_dict, limb_to_dict, pose_from_dict, pose_to_dict, read_limb
+from softlimb.scenes.ranges import Axis, axis_from_dict, axis_to_dict, grid
+from softlimb.scenes.table import Table, read_document, write_document
+
+if TYPE_CHECKING:
+    from softlimb.limb import Limb, Posture
+    from softlimb.sweep import Batch
+
+_ZERO = (0.0, 0.0, 0.0)
+_FREEDOMS = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
+_QUANTITIES: dict[str, Dimension] = {
+    "pressures": PRESSURE,
+    "rest_lengths": LENGTH,
+    "gravity": ACCELERATION,
+    "tip_force": FORCE,
+    "tip_moment": MOMENT,
+}
+_OTHERS = (
+    "title",
+    "description",
+    "frame",
+    "plate_loads",
+    "rod_forces",
+    "held_tip",
+    "tolerance",
+    "section",
+    "valve",
+    "prefer_stable",
+    "sweep",
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Scene:
+    """What a limb is asked to do.
+
+    Parameters
+    ----------
+    limb : Limb
+    pressures : array of float, shape (A,), optional
+        Gauge pressures [Pa], segment by segment; or
+    rest_lengths : array of float, shape (A,), optional
+        Unloaded lengths of the rods [m] in their place.
+    gravity : array of float, shape (3,)
+        Acceleration in the base frame [m/s^2].
+    tip_force, tip_moment : array of float, shape (3,)
+        On the tip, at the tip frame's origin [N], [N m].
+    plate_wrenches : array of float, shape (J, 6), optional
+        Force and moment on each plate, at its frame's origin [N], [N m].
+    frame : "base" or "plate"
+        Axes of the loads: dead, or following the plate.
+    rod_forces : sequence of arrays of float, shape (n_j, 3), optional
+        Force per rest length on each rod of each segment [N/m], base axes.
+    tip_pose : array of float, shape (4, 4), optional
+        Where the tip is held.
+    tip_held : tuple of 6 bool, optional
+        Which freedoms of the tip are held: x, y, z, rotations about x, y, z.
+    tolerance : float, optional
+        Tip error asked for relative to the limb's length. None leaves the solver's default, here and below.
+    section, valve : str, optional
+        As `Limb.solve` takes them.
+    prefer_stable : bool, optional
+    sweep_axes : tuple of Axis
+        Ranges of `sweep`.
+    title, description : str
+    """
+
+    limb: Limb
+    pressures: NDArray[np.float64] | None = None
+    rest_lengths: NDArray[np.float64] | None = None
+    gravity: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    tip_force: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    tip_moment: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    plate_wrenches: NDArray[np.float64] | None = None
+    frame: str = "base"
+    rod_forces: tuple[NDArray[np.float64], ...] | None = None
+    tip_pose: NDArray[np.float64] | None = None
+    tip_held: tuple[bool, ...] | None = None
+    tolerance: float | None = None
+    section: str | None = None
+    valve: str | None = None
+    prefer_stable: bool | None = None
+    sweep_axes: tuple[Axis, ...] = ()
+    title: str = ""
+    description: str = ""
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Number of actuators of each segment."""
+        return actuator_counts(self.limb)
+
+    def solve(self, pressures: ArrayLike | None = None, **options: Any) -> Posture:
+        """The posture of the scene.
+
+        Parameters
+        ----------
+        pressures : array_like, shape (A,), optional
+            Gauge pressures [Pa] in place of the scene's own.
+        **options
+            Further arguments of `Limb.solve`; they overrule the scene's.
+
+        Returns
+        -------
+        Posture
+        """
+        loads = self.solve_options() | options
+        if pressures is None and self.rest_lengths is not None:
+            return self.limb.solve(rest_lengths=self.rest_lengths, **loads)
+        return self.limb.solve(self.pressures if pressures is None else pressures, **loads)
+
+    def sweep(self, *, progress: bool = True) -> Batch:
+        """One posture for each combination of the sweep's ranges.
+
+        Raises
+        ------
+        ValueError
+            The scene has no ranges.
+        """
+        from softlimb.sweep import sweep
+
+        return sweep(self.limb, self.sweep_pressures(), progress=progress, **self.solve_options())
+
+    def sweep_pressures(self) -> NDArray[np.float64]:
+        """Pressures of the sweep [Pa], shape (N, A): the last range runs fastest.
+
+        Raises
+        ------
+        ValueError
+            The scene has no ranges.
+        """
+        if not self.sweep_axes:
+            raise ValueError("the scene has no ranges to sweep: add a table `[[scene.sweep]]`")
+        own = np.zeros(sum(self.counts)) if self.pressures is None else self.pressures
+        return grid(own, self.sweep_axes, self.counts)
+
+    def solve_options(self) -> dict[str, Any]:
+        """Arguments of `Limb.solve` other than the pressures, those that the scene leaves open left out."""
+        names = ("plate_wrenches", "rod_forces", "tip_pose", "tip_held", "tolerance", "section", "valve")
+        given = {name: getattr(self, name) for name in (*names, "prefer_stable")}
+        loads = {"gravity": self.gravity, "tip_force": self.tip_force, "tip_moment": self.tip_moment}
+        return loads | {"frame": self.frame} | {name: value for name, value in given.items() if value is not None}
+
+    def replaced(self, **changes: Any) -> Scene:
+        """The same scene with some fields changed."""
+        return dataclasses.replace(self, **changes)
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> Scene:
+        """Read a scene file.
+
+        Parameters
+        ----------
+        path : str or Path
+            A file name; ``file = ...`` inside is relative to its folder.
+
+        Raises
+        ------
+        FileNotFoundError
+            The scene or the limb it refers to is missing.
+        ValueError
+            Not TOML, or a key is unknown, missing, of a wrong type or without unit; the message names file and table.
+        """
+        path = Path(path)
+        try:
+            return cls.from_dict(read_document(path), path.parent)
+        except ValueError as error:
+            raise ValueError(error if str(path) in str(error) else f"{path}: {error}") from None
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any], folder: str | Path = ".") -> Scene:
+        """Build a scene from the tables of a TOML document.
+
+        Parameters
+        ----------
+        content : mapping
+            Tables ``limb`` and ``scene``.
+        folder : str or Path
+            Where ``file = ...`` starts from.
+        """
+        top = Table(content, "", others=("limb", "scene"))
+        if "limb" not in top:
+            raise ValueError("missing table [limb]: give `preset`, `file`, or the limb itself")
+        limb = _limb_of(top.mapping("limb"), Path(folder))
+        table = Table(top.mapping("scene"), "scene", quantities=_QUANTITIES, others=_OTHERS)
+        counts = actuator_counts(limb)
+        if "pressures" in table and "rest_lengths" in table:
+            raise table.error("give either `pressures` or `rest_lengths`: got both")
+        axes = tuple(axis_from_dict(*part, counts) for part in table.mappings("sweep"))
+        if "pressures" not in table and "rest_lengths" not in table and not axes:
+            raise table.error("missing key `pressures_kPa`")
+        return cls(
+            limb=limb,
+            pressures=_per_actuator(table, "pressures", counts),
+            rest_lengths=_per_actuator(table, "rest_lengths", counts),
+            gravity=table.array("gravity", (3,), _ZERO),
+            tip_force=table.array("tip_force", (3,), _ZERO),
+            tip_moment=table.array("tip_moment", (3,), _ZERO),
+            plate_wrenches=_plate_wrenches(table, len(counts)),
+            frame=table.text("frame", "base", choices=("base", "plate")),
+            rod_forces=_rod_forces(table, counts),
+            **_held_tip(table),
+            tolerance=table.number("tolerance") if "tolerance" in table else None,
+            section=table.text("section") if "section" in table else None,
+            valve=table.text("valve") if "valve" in table else None,
+            prefer_stable=table.boolean("prefer_stable") if "prefer_stable" in table else None,
+            sweep_axes=axes,
+            title=table.text("title", ""),
+            description=table.text("description", ""),
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Tables ``limb`` and ``scene`` of a document; the limb stands inside, so that the file stands alone."""
+        scene: dict[str, Any] = {name: getattr(self, name) for name in ("title", "description") if getattr(self, name)}
+        for name in ("pressures", "rest_lengths"):
+            value = getattr(self, name)
+            if value is not None:
+                scene |= _entry(name, split(value, self.counts), _QUANTITIES[name])
+        for name in ("gravity", "tip_force", "tip_moment"):
+            if np.any(getattr(self, name)):
+                scene |= _entry(name, getattr(self, name).tolist(), _QUANTITIES[name])
+        for name in ("tolerance", "section", "valve", "prefer_stable"):
+            if getattr(self, name) is not None:
+                scene[name] = getattr(self, name)
+        scene["frame"] = self.frame
+        if self.plate_wrenches is not None:
+            scene["plate_loads"] = [
+                {"plate": j} | _entry("force", w[:3].tolist(), FORCE) | _entry("moment", w[3:].tolist(), MOMENT)
+                for j, w in enumerate(self.plate_wrenches, start=1)
+                if np.any(w)
+            ]
+        if self.rod_forces is not None:
+            scene["rod_forces"] = [
+                {"segment": j, "rod": i} | _entry("force_per_length", f.tolist(), FORCE_PER_LENGTH)
+                for j, forces in enumerate(self.rod_forces, start=1)
+                for i, f in enumerate(forces, start=1)
+                if np.any(f)
+            ]
+        if self.tip_pose is not None:
+            held = self.tip_held or (True,) * 6
+            names = [name for name, holds in zip(_FREEDOMS, held, strict=True) if holds]
+            scene["held_tip"] = pose_to_dict(self.tip_pose) | {"freedoms": names}
+        if self.sweep_axes:
+            scene["sweep"] = [axis_to_dict(axis) for axis in self.sweep_axes]
+        return {"limb": limb_to_dict(self.limb), "scene": scene}
+
+    def to_toml(self, path: str | Path) -> None:
+        """Write the scene with its limb to a file that `from_toml` reads back to the same numbers."""
+        write_document(self.to_dict(), path)
+
+
+def actuator_counts(limb: Limb) -> tuple[int, ...]:
+    """Number of actuators (or rods) of each segment."""
+    return tuple(len(segment.base_frames) for segment in limb.segments)
+
+
+def split(flat: NDArray[np.float64], counts: Sequence[int]) -> list[Any]:
+    """Numbers in flat order as one list a segment."""
+    return [part.tolist() for part in np.split(flat, np.cumsum(counts)[:-1])]
+
+
+def available_scenes() -> list[str]:
+    """Names of the scenes that come with the package."""
+    from importlib.resources import files
+
+    return sorted(entry.name[:-5] for entry in files("softlimb.scenes").iterdir() if entry.name.endswith(".toml"))
+
+
+def load_scene(name: str | Path) -> Scene:
+    """A scene by file name, or by the name of one that comes with the package.
+
+    Raises
+    ------
+    FileNotFoundError
+        Neither a file nor a known name; the message lists the names.
+    ValueError
+        As `Scene.from_toml`.
+    """
+    from importlib.resources import as_file, files
+
+    if Path(name).exists() or Path(name).suffix == ".toml":
+        return Scene.from_toml(name)
+    known = available_scenes()
+    if str(name) not in known:
+        nearest = get_close_matches(str(name), known, n=1)
+        hint = f"did you mean `{nearest[0]}`?" if nearest else f"the package has {', '.join(known)}"
+        raise FileNotFoundError(f"there is no scene file and no scene named `{name}`: {hint}")
+    with as_file(files("softlimb.scenes") / f"{name}.toml") as path:
+        return Scene.from_toml(path)
+
+
+def _entry(quantity: str, value: Nested, dimension: Dimension) -> dict[str, Nested]:
+    key, number = named_quantity(quantity, value, dimension)
+    return {key: number}
+
+
+def _limb_of(content: Mapping[str, Any], folder: Path) -> Limb:
+    from softlimb.presets import PRESETS
+
+    if "preset" in content:
+        table = Table(content, "limb", others=("preset", "segments"))
+        name = table.text("preset")
+        if name not in PRESETS:
+            nearest = get_close_matches(name, PRESETS, n=1)
+            hint = f": did you mean {nearest[0]!r}?" if nearest else f": known are {', '.join(PRESETS)}"
+            raise table.error(f"unknown preset {name!r}{hint}")
+        options = {"segments": table.texts("segments")} if "segments" in table else {}
+        try:
+            return PRESETS[name](**options)
+        except ValueError as error:
+            raise table.error(f"{error},") from None
+    if "file" in content:
+        path = folder / Table(content, "limb", others=("file",)).text("file")
+        return read_limb(path)
+    return limb_from_dict(content, "limb")
+
+
+def _per_actuator(table: Table, name: str, counts: Sequence[int]) -> NDArray[np.float64] | None:
+    """Flat numbers from a flat list or from one list a segment."""
+    if name not in table:
+        return None
+    numbers = table.nested(name)
+    rows = numbers if isinstance(numbers, list) else [numbers]
+    flat: list[float] = []
+    if any(isinstance(row, list) for row in rows):
+        for row in rows:
+            if not isinstance(row, list) or any(isinstance(entry, list) for entry in row):
+                raise table.error(f"`{table.key(name)}` must be one list of numbers a segment, or one flat list,")
+        found = [len(row) for row in rows if isinstance(row, list)]
+        if found != list(counts):
+            raise table.error(f"`{table.key(name)}` has {found} numbers a segment, expected {list(counts)},")
+        flat = [entry for row in rows if isinstance(row, list) for entry in row if isinstance(entry, float)]
+    else:
+        flat = [row for row in rows if isinstance(row, float)]
+        if len(flat) != sum(counts):
+            raise table.error(f"`{table.key(name)}` has {len(flat)} numbers, expected {sum(counts)},")
+    return np.array(flat, dtype=float)
+
+
+def _counted(table: Table, name: str, count: int) -> int:
+    number = table.integer(name)
+    if not 1 <= number <= count:
+        raise table.error(f"`{name}` must be within [1, {count}] (counted from the base, from 1), got {number},")
+    return number
+
+
+def _plate_wrenches(table: Table, plates: int) -> NDArray[np.float64] | None:
+    wrenches = np.zeros((plates, 6))
+    parts = table.mappings("plate_loads")
+    for content, where in parts:
+        load = Table(content, where, quantities={"force": FORCE, "moment": MOMENT}, others=("plate",))
+        if "force" not in load and "moment" not in load:
+            raise load.error("missing key `force_N` or `moment_Nm`")
+        wrench = np.concatenate([load.array("force", (3,), _ZERO), load.array("moment", (3,), _ZERO)])
+        wrenches[_counted(load, "plate", plates) - 1] += wrench
+    return wrenches if parts else None
+
+
+def _rod_forces(table: Table, counts: Sequence[int]) -> tuple[NDArray[np.float64], ...] | None:
+    forces = tuple(np.zeros((count, 3)) for count in counts)
+    parts = table.mappings("rod_forces")
+    for content, where in parts:
+        load = Table(content, where, quantities={"force_per_length": FORCE_PER_LENGTH}, others=("segment", "rod"))
+        segment = _counted(load, "segment", len(counts)) - 1
+        force = load.array("force_per_length", (3,))
+        if "rod" in load:
+            forces[segment][_counted(load, "rod", counts[segment]) - 1] += force
+        else:
+            forces[segment][:] += force
+    return forces if parts else None
+
+
+def _held_tip(table: Table) -> dict[str, Any]:
+    if "held_tip" not in table:
+        return {}
+    content = dict(table.mapping("held_tip"))
+    part = Table(
+        content, table.path("held_tip"), quantities={"position": LENGTH}, others=("rotation", "freedoms")
+    )
+    held = part.texts("freedoms") if "freedoms" in part else list(_FREEDOMS)
+    for name in held:
+        if name not in _FREEDOMS:
+            raise part.error(f"`freedoms` must be out of {', '.join(_FREEDOMS)}, got {name!r},")
+    content.pop("freedoms", None)
+    return {"tip_pose": pose_from_dict(content, part.where), "tip_held": tuple(name in held for name in _FREEDOMS)}
