@@ -46,8 +46,8 @@ def reference_limb(segments: Sequence[str] = REFERENCE_SEGMENTS) -> Limb:
     Notes
     -----
     Zhang et al. print materials (Dragon Skin 30, SmoothSil 950, Kevlar), pressures and mass but no geometry; radii,
-    lengths and ring radii are ours. The paper's connectors are four plates; the base plate does not move and is not part
-    of the limb.
+    lengths and ring radii are ours. The paper's connectors are four plates; the base plate does not move and is not
+    part of the limb.
     """
     from softlimb import materials
     from softlimb.limb import Limb, Plate, Segment

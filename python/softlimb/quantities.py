@@ -158,9 +158,7 @@ def explain_unknown(name: str, where: str, quantities: Mapping[str, Dimension], 
     for quantity, dimension in quantities.items():
         unit = unit_of(name, quantity)
         if unit in every_unit:
-            return (
-                f"key `{name}` {where}: `{unit}` is not a unit of {dimension.name}; use {dimension.listed(quantity)}"
-            )
+            return f"key `{name}` {where}: `{unit}` is not a unit of {dimension.name}; use {dimension.listed(quantity)}"
     known = [f"{quantity}_{unit}" for quantity, dimension in quantities.items() for unit in dimension.factors]
     nearest = get_close_matches(name, [*known, *others], n=1)
     if nearest:

@@ -39,7 +39,6 @@ from numpy.typing import NDArray
 from softlimb.quantities import (
     ANGLE,
     BENDING_STIFFNESS,
-    COMPLIANCE,
     COUPLING,
     DENSITY,
     FORCE,
@@ -186,10 +185,17 @@ def _checked(build: Callable[[], Any], table: Table) -> Any:
         raise ValueError(f"{error} (in [{table.where}])" if table.where else str(error)) from None
 
 
-def _law_classes() -> dict[str, type[Law]]:
-    from softlimb import materials
+def _law_classes() -> dict[str, Any]:
+    from softlimb import _core
 
-    return {law.name: law for law in materials.LAWS}
+    classes = [getattr(_core, name) for name in _core.law_class_names()]
+    return {law.name: law for law in classes}
+
+
+def _coefficient_names(law: type) -> list[str]:
+    """Names of a law's coefficients: what its class can be asked for, besides what every law has."""
+    shared = ("name", "density", "max_strain", "shear_modulus", "parameters")
+    return [name for name, member in vars(law).items() if isinstance(member, property) and name not in shared]
 
 
 def _law_to_dict(law: Law) -> dict[str, Any]:
@@ -208,18 +214,23 @@ def _law_from_dict(content: Mapping[str, Any], where: str) -> Law:
         known = ", ".join(f"{law!r}" for law in classes)
         found = "is missing" if name is None else f"must be one of {known}, got {name!r},"
         raise ValueError(f"`law` {found} in [{where}]")
-    parameters = classes[name].parameter_names
-    pressures = {key: PRESSURE for key in parameters if key not in _PLAIN_COEFFICIENTS}
-    plain = [key for key in parameters if key in _PLAIN_COEFFICIENTS]
-    table = Table(
-        content, where, quantities=pressures | {"density": DENSITY}, others=("law", "max_strain", "source", *plain)
-    )
-    coefficients = {key: table.nested(key) for key in parameters if key in table}
-    density = {"density": table.quantity("density")} if "density" in table else {}
-    max_strain = {"max_strain": table.number("max_strain")} if "max_strain" in table else {}
+    coefficients = _coefficient_names(classes[name])
+    quantities = {key: PRESSURE for key in coefficients if key not in _PLAIN_COEFFICIENTS} | {"density": DENSITY}
+    plain = [key for key in coefficients if key in _PLAIN_COEFFICIENTS]
+    table = Table(content, where, quantities=quantities, others=("law", "max_strain", "source", *plain))
     table.text("source", "")
-    law: Law = _checked(lambda: classes[name](**coefficients, **density, **max_strain), table)
-    return law
+    values: dict[str, Any] = {key: table.nested(key) for key in coefficients if key in table}
+    if "density" in table:
+        values["density"] = table.quantity("density")
+    if "max_strain" in table:
+        values["max_strain"] = table.number("max_strain")
+    try:
+        return classes[name](**values)  # type: ignore[no-any-return]
+    except TypeError:
+        given = ", ".join(f"`{table.key(key)}`" for key in coefficients if key in table) or "none"
+        raise table.error(f"law {name!r} takes the coefficients {', '.join(coefficients)}; given: {given}") from None
+    except ValueError as error:
+        raise table.error(f"{error}") from None
 
 
 def _law_named(name: str, laws: Mapping[str, Law], table: Table) -> Law:
@@ -285,7 +296,9 @@ def _tube_to_dict(tube: Tube, materials: _Namer) -> dict[str, Any]:
 def _tube_from_dict(content: Mapping[str, Any], where: str, laws: Mapping[str, Law]) -> Tube:
     from softlimb.tube import Tube
 
-    table = Table(content, where, quantities={"length": LENGTH, "mass": MASS}, others=("tension_only", "ends", "layers"))
+    table = Table(
+        content, where, quantities={"length": LENGTH, "mass": MASS}, others=("tension_only", "ends", "layers")
+    )
     layers = [_layer_from_dict(*part, laws) for part in table.mappings("layers")]
     options: dict[str, Any] = {"length": table.quantity("length"), "layers": layers}
     options["mass"] = table.quantity("mass") if "mass" in table else None

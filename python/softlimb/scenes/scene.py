@@ -398,9 +398,7 @@ def _held_tip(table: Table) -> dict[str, Any]:
     if "held_tip" not in table:
         return {}
     content = dict(table.mapping("held_tip"))
-    part = Table(
-        content, table.path("held_tip"), quantities={"position": LENGTH}, others=("rotation", "freedoms")
-    )
+    part = Table(content, table.path("held_tip"), quantities={"position": LENGTH}, others=("rotation", "freedoms"))
     held = part.texts("freedoms") if "freedoms" in part else list(_FREEDOMS)
     for name in held:
         if name not in _FREEDOMS:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,14 @@ from numpy.typing import NDArray
 
 from softlimb.quantities import Dimension, Nested, explain_unknown, scaled
 
-_TYPE_NAMES = {bool: "a boolean", int: "an integer", float: "a number", str: "a string", list: "a list", dict: "a table"}
+_TYPE_NAMES = {
+    bool: "a boolean",
+    int: "an integer",
+    float: "a number",
+    str: "a string",
+    list: "a list",
+    dict: "a table",
+}
 
 
 def _described(value: object) -> str:
@@ -245,4 +253,13 @@ def write_document(content: Mapping[str, Any], path: str | Path, comment: str = 
     import tomli_w
 
     lines = "".join(f"# {line}".rstrip() + "\n" for line in comment.splitlines())
-    Path(path).write_text(lines + ("\n" if lines else "") + tomli_w.dumps(content), encoding="utf-8")
+    text = tomli_w.dumps(content)
+    # The writer gives every entry of a list its own line, which makes a matrix 20 lines long. Strings hold no line
+    # breaks here, so a bracket, a line break and plain entries are a list.
+    simple = re.compile(r"\[\n\s+((?:(?:[-+.\w]+|\"[-\w]+\"|\[[^][{}\n]*\]),\n\s*)+)\]")
+    for _ in range(3):  # pressures are lists in a list, rotations too: innermost first
+        text = simple.sub(lambda match: "[" + ", ".join(re.findall(_ENTRY, match[1])) + "]", text)
+    Path(path).write_text(lines + ("\n" if lines else "") + text, encoding="utf-8")
+
+
+_ENTRY = re.compile(r"\[[^][{}\n]*\]|\"[-\w]+\"|[-+.\w]+")

@@ -1,0 +1,90 @@
+"""What posture, sweep and compare have in common: the scene, its pressures, and how they are shown."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softlimb.units import kPa
+
+if TYPE_CHECKING:
+    from softlimb.scenes import Scene
+
+
+def add_scene(parser: argparse.ArgumentParser) -> None:
+    """The scene, by file or by name, and what overrules it."""
+    parser.add_argument("scene", metavar="SCENE", help="a TOML file, or the name of a scene of the package")
+    parser.add_argument(
+        "--pressures-kPa",
+        type=float,
+        nargs="+",
+        metavar="P",
+        help="gauge pressures in place of the scene's own [kPa], segment by segment",
+    )
+    parser.add_argument(
+        "--tolerance", type=float, metavar="T", help="tip error asked for, relative to the limb's length"
+    )
+
+
+def add_outputs(parser: argparse.ArgumentParser, table: str) -> None:
+    """Where picture and table go."""
+    parser.add_argument("--output", type=Path, metavar="PNG", help="write a picture (PNG, PDF or SVG)")
+    parser.add_argument("--table", type=Path, metavar="CSV", help=table)
+
+
+def scene_of(arguments: argparse.Namespace) -> Scene:
+    """The scene that the arguments name, with their changes."""
+    from softlimb.scenes import load_scene
+
+    scene = load_scene(arguments.scene)
+    if arguments.tolerance is not None:
+        if not 0.0 < arguments.tolerance < 1.0:
+            raise ValueError(f"--tolerance must be within (0, 1), got {arguments.tolerance:g}")
+        scene = scene.replaced(tolerance=arguments.tolerance)
+    if arguments.pressures_kPa is None:
+        return scene
+    pressures = np.array(arguments.pressures_kPa) * kPa
+    if len(pressures) != sum(scene.counts):
+        raise ValueError(f"--pressures-kPa has {len(pressures)} numbers but the limb has {sum(scene.counts)} actuators")
+    if not np.all(np.isfinite(pressures)):
+        raise ValueError("--pressures-kPa must be finite")
+    return scene.replaced(pressures=pressures, rest_lengths=None)
+
+
+def heading(name: str, scene: Scene) -> str:
+    """Name and title of a scene."""
+    return f"{name}: {scene.title}" if scene.title else name
+
+
+def loads_line(scene: Scene) -> str:
+    """What acts on the limb, in one line."""
+    from softlimb.cli.tables import vector
+
+    parts = []
+    for name, values, unit in (
+        ("gravity", scene.gravity, "m/s^2"),
+        ("tip force", scene.tip_force, "N"),
+        ("tip moment", scene.tip_moment, "N m"),
+    ):
+        if np.any(values):
+            parts.append(f"{name} {vector(values, 6)} {unit}")
+    for j, wrench in enumerate([] if scene.plate_wrenches is None else scene.plate_wrenches, start=1):
+        if np.any(wrench):
+            parts.append(f"plate {j}: force {vector(wrench[:3], 6)} N, moment {vector(wrench[3:], 6)} N m")
+    if scene.rod_forces is not None:
+        parts.append("forces along rods")
+    if scene.tip_pose is not None:
+        parts.append("tip held")
+    return "loads: " + ("; ".join(parts) if parts else "none")
+
+
+def save_picture(figure: object, path: Path) -> None:
+    """Write a figure; the ending of the name says the format."""
+    from matplotlib.figure import Figure
+
+    assert isinstance(figure, Figure)
+    figure.savefig(path)
+    print(f"picture: {path}")

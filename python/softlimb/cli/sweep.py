@@ -1,0 +1,95 @@
+"""``softlimb sweep``: a table of postures over ranges of pressure."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softlimb.cli.scene_arguments import add_outputs, add_scene, heading, loads_line, save_picture, scene_of
+from softlimb.cli.tables import aligned, number
+from softlimb.units import deg, kPa, mm
+
+if TYPE_CHECKING:
+    from softlimb.sweep import Batch
+
+_PRINTED_ROWS = 30  # what fits on a screen; the files have all
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Arguments of the subcommand."""
+    parser = subparsers.add_parser(
+        "sweep",
+        help="solve a scene over ranges of pressure",
+        description="One posture for each combination of the scene's ranges ([[scene.sweep]]).",
+    )
+    add_scene(parser)
+    add_outputs(parser, "write all rows")
+    parser.add_argument("--netcdf", type=Path, metavar="NC", help="write a netCDF file (needs softlimb[sweep])")
+    parser.add_argument("--no-progress", action="store_true", help="no progress bar")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Solve, print, write."""
+    scene = scene_of(arguments)
+    rows = scene.sweep_pressures()
+    if arguments.netcdf is not None:
+        _need("xarray", "netCDF4")
+    print(heading(arguments.scene, scene))
+    print(loads_line(scene))
+    print("ranges: " + "; ".join(f"{axis.label} ({len(axis.values)} values)" for axis in scene.sweep_axes))
+    batch = scene.sweep(progress=not arguments.no_progress)
+    print()
+    print(_table(batch, rows))
+    print()
+    print(
+        f"{len(batch)} postures, {int(batch.success.sum())} successful; "
+        f"reference length {batch.limb.length / mm:.1f} mm"
+    )
+    for row, message in batch.failures.items():
+        print(f"row {row + 1}: {batch.status[row]}: {message}")
+    if arguments.table is not None:
+        batch.to_csv(arguments.table)
+        print(f"table: {arguments.table}")
+    if arguments.netcdf is not None:
+        batch.to_xarray().to_netcdf(arguments.netcdf)
+        print(f"netCDF: {arguments.netcdf}")
+    if arguments.output is not None:
+        from softlimb import plot
+
+        save_picture(plot.sweep(batch, scene.sweep_axes), arguments.output)
+    if batch.interrupted:
+        return 130
+    return 0 if bool(batch.success.all()) else 1
+
+
+def _table(batch: Batch, rows: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
+    headings = ["row", "pressures [kPa]", "tip x [mm]", "y [mm]", "z [mm]", "bending [deg]", "status"]
+    cells = []
+    for row in range(min(len(batch), _PRINTED_ROWS)):
+        tip = batch.tip[row, :3, 3] / mm
+        cells.append(
+            [
+                str(row + 1),
+                " ".join(number(p, 1) for p in rows[row] / kPa),
+                *(number(x, 2) for x in tip),
+                number(float(batch.bending[row] / deg), 2),
+                batch.status[row]
+                if batch.stable[row] or not batch.success[row]
+                else f"{batch.status[row]}, not stable",
+            ]
+        )
+    table = aligned(headings, cells)
+    left = len(batch) - len(cells)
+    return table if left == 0 else f"{table}\n... and {left} more rows (--table writes all)"
+
+
+def _need(*modules: str) -> None:
+    """Say what is missing before the work and not after it."""
+    from importlib.util import find_spec
+
+    missing = [name for name in modules if find_spec(name) is None]
+    if missing:
+        raise ModuleNotFoundError(f"this needs {' and '.join(missing)}: pip install 'softlimb[sweep]'")

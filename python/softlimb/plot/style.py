@@ -1,0 +1,38 @@
+"""What all pictures share: sizes, line colours, and how a measured point differs from a predicted line."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Line and markers differ in shape and lightness, not in hue alone: they must survive a grey print.
+PREDICTED = {"color": "#1f4e79", "linewidth": 1.8}
+MEASURED = {"color": "#d1495b", "marker": "o", "markersize": 5.0, "markerfacecolor": "white", "linestyle": "none"}
+LOAD_COLOUR = "#b3122a"
+GRAVITY_COLOUR = "#555555"
+PRESSURE_COLOURS = "cividis"  # lightness grows with the value
+FONT_SIZE = 9.0
+DOTS_PER_INCH = 200
+
+
+def new_figure(width_mm: float, height_mm: float) -> Figure:
+    """A figure that belongs to nobody: no window, no global state."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width_mm / 25.4, height_mm / 25.4), layout="constrained", dpi=DOTS_PER_INCH)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def finish(axes: Axes, x_label: str, y_label: str) -> None:
+    """Labels with units, small ticks, no box on top and right, a faint grid."""
+    axes.set_xlabel(x_label, fontsize=FONT_SIZE)
+    axes.set_ylabel(y_label, fontsize=FONT_SIZE)
+    axes.tick_params(labelsize=FONT_SIZE - 1.0)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(color="0.9", linewidth=0.6)
+    axes.set_axisbelow(True)
