@@ -1,7 +1,23 @@
 """Statics of soft limbs built of fibre-reinforced pneumatic actuators."""
 
-from softlimb import units
+from softlimb import presets, units
 from softlimb._core import Gent, MooneyRivlin, NeoHookean, Ogden, Section, Yeoh
+from softlimb.scenes import Scene, load_scene
 from softlimb.tube import Fibres, Layer, Tube, TubeState
 
-__all__ = ["Fibres", "Gent", "Layer", "MooneyRivlin", "NeoHookean", "Ogden", "Section", "Tube", "TubeState", "Yeoh", "units"]
+__all__ = [
+    "Fibres",
+    "Gent",
+    "Layer",
+    "MooneyRivlin",
+    "NeoHookean",
+    "Ogden",
+    "Scene",
+    "Section",
+    "Tube",
+    "TubeState",
+    "Yeoh",
+    "load_scene",
+    "presets",
+    "units",
+]

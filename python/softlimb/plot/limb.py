@@ -19,11 +19,14 @@ if TYPE_CHECKING:
     from softlimb.limb import Posture, Segment
 
 Array: TypeAlias = NDArray[np.float64]
+Colour: TypeAlias = tuple[float, ...]
 
+_WIDTH, _HEIGHT = 180.0, 110.0  # of the figure: a text column and a half of most journals [mm]
 _AROUND = 20  # faces around a tube
 _ALONG = 28  # rings along a tube
-_PLATE_COLOUR = (0.62, 0.65, 0.68)
-_LIGHT = np.array([0.35, -0.75, 0.56])  # direction towards the light, from the viewer's upper left
+_PLATE_COLOUR = (0.66, 0.69, 0.72)
+_FILL = 0.8  # how much of the axes the limb fills; ticks and labels need the rest
+_ELEVATION, _AZIMUTH = 14.0, -62.0  # of the viewer [deg]
 
 
 def limb(posture: Posture, ax: Axes | None = None, *, loads: bool = True) -> Figure | Axes:
@@ -45,25 +48,40 @@ def limb(posture: Posture, ax: Axes | None = None, *, loads: bool = True) -> Fig
     Notes
     -----
     Lengths in mm, equal on all axes. A limb that gravity pulls along +z is drawn hanging: the picture is turned half a
-    turn, not mirrored. Colours show pressure; where a rod's radius is not known it is drawn as a thin line of 1 % of
-    the limb's length.
+    turn, not mirrored. Colours show pressure. Tubes have their unpressurised outer radius; where it is not known a rod
+    is drawn 1 % of the limb's length thick.
     """
     if ax is not None:
         _draw_space(posture, ax, loads)
         return ax
-    figure = style.new_figure(180.0, 125.0)
-    grid = figure.add_gridspec(1, 3, width_ratios=[2.2, 1.0, 1.0])
-    space = figure.add_subplot(grid[0, 0], projection="3d")
-    _draw_space(posture, space, loads)
-    front = figure.add_subplot(grid[0, 1])
-    side = figure.add_subplot(grid[0, 2], sharey=front)
+    figure = style.new_figure(_WIDTH, _HEIGHT, constrained=False)
+    _draw_space(posture, figure.add_axes((0.0, 0.0, 0.55, 1.0), projection="3d"), loads)
+    front, side = (figure.add_axes(place) for place in _side_places(_limits(posture)))
     side_view(posture, front, 0)
     side_view(posture, side, 1)
-    side.set_ylabel("")
-    side.tick_params(labelleft=False)
-    if getattr(posture, "pressures", None) is not None:
-        _colour_bar(posture, figure, [front, side])
+    if front.get_position().y0 == side.get_position().y0:  # beside each other they share the scale of z
+        side.set_ylabel("")
+        side.tick_params(labelleft=False)
+    if posture.pressures is not None:
+        _colour_bar(posture, figure, figure.add_axes((0.915, 0.25, 0.012, 0.5)))
     return figure
+
+
+def _side_places(limits: Array) -> tuple[tuple[float, float, float, float], tuple[float, float, float, float]]:
+    """Where the two views go, as parts of the figure: beside or above each other, whatever makes them larger."""
+    x, y, z = np.ptp(limits, axis=1)
+    left, bottom, width, height = 0.625 * _WIDTH, 0.13 * _HEIGHT, 0.26 * _WIDTH, 0.84 * _HEIGHT
+    gap, label = 7.0, 13.0  # between the views; for ticks and label of the upper one [mm]
+    beside, above = min((width - gap) / (x + y), height / z), min(width / max(x, y), 0.5 * (height - label) / z)
+    scale = max(beside, above)
+    if beside >= above:
+        floor = bottom + 0.5 * (height - z * scale)
+        boxes = ((left, floor, x * scale, z * scale), (left + x * scale + gap, floor, y * scale, z * scale))
+    else:
+        floor = bottom + 0.5 * (height - label) - z * scale
+        boxes = ((left, floor + z * scale + label, x * scale, z * scale), (left, floor, y * scale, z * scale))
+    parts = [(a / _WIDTH, b / _HEIGHT, c / _WIDTH, d / _HEIGHT) for a, b, c, d in boxes]
+    return parts[0], parts[1]
 
 
 def side_view(posture: Posture, ax: Axes, axis: int) -> Axes:
@@ -75,19 +93,32 @@ def side_view(posture: Posture, ax: Axes, axis: int) -> Axes:
     ax : matplotlib axes
     axis : int
         Horizontal axis of the picture: 0 for x, 1 for y. The vertical one is z.
+
+    Returns
+    -------
+    Axes
     """
-    for tube in _tubes(posture):
-        ax.plot(*(tube.points[:, [axis, 2]].T / mm), color=tube.colour, linewidth=2.2, solid_capstyle="butt")
+    shown, depth = [axis, 2], 1 - axis
+    # The viewer stands at -y in the first view and at +x in the second, opposite when z points down: far things first.
+    near = (-1.0 if axis == 0 else 1.0) * (-1.0 if _hangs(posture) else 1.0)
+    for tube in sorted(_tubes(posture), key=lambda tube: near * float(tube.points[:, depth].mean())):
+        outline = _band(tube.points[:, shown], tube.radius) / mm
+        ax.fill(*outline.T, facecolor=tube.colour, edgecolor="0.25", linewidth=0.5)
     for plate in _plates(posture):
-        corners = np.array([plate.rim(along) for along in (0.0, 1.0)]) / mm
-        flat = corners[..., [axis, 2]].reshape(-1, 2)
-        ax.fill(*_hull(flat).T, facecolor=_PLATE_COLOUR, edgecolor="0.3", linewidth=0.6)
-    ax.plot(*(posture.centreline(60)[:, [axis, 2]].T / mm), color="black", linewidth=0.9, linestyle=(0, (4, 2)))
+        rims = np.concatenate([plate.rim(0.0), plate.rim(1.0)]) / mm
+        ax.fill(*_hull(rims[:, shown]).T, facecolor=_PLATE_COLOUR, edgecolor="0.25", linewidth=0.5)
+    ax.plot(*(posture.centreline(60)[:, shown].T / mm), color="black", linewidth=1.0, linestyle=(0, (4, 2)))
     style.finish(ax, f"{'xy'[axis]} [mm]", "z [mm]")
-    ax.set_aspect("equal", adjustable="datalim")
-    ax.locator_params(axis="x", nbins=4)
-    if _hangs(posture):
-        ax.yaxis.set_inverted(True)
+    ax.set_aspect("equal", adjustable="box")
+    limits = _limits(posture)
+    ax.set_xlim(*limits[axis])
+    ax.set_ylim(*(limits[2][::-1] if _hangs(posture) else limits[2]))
+    box, paper = ax.get_position(), 25.4 * ax.figure.get_size_inches()
+    spans = np.ptp(limits[shown], axis=1)
+    scale = float(np.min(np.array([box.width, box.height]) * paper / spans))
+    # A tick label is 7.5 mm wide and 3 mm high on paper.
+    ax.xaxis.set_major_locator(_ticks(8.5 / scale))
+    ax.yaxis.set_major_locator(_ticks(7.0 / scale))
     return ax
 
 
@@ -95,7 +126,7 @@ def side_view(posture: Posture, ax: Axes, axis: int) -> Axes:
 class _Tube:
     points: Array  # (n, 3)
     radius: float
-    colour: tuple[float, float, float]
+    colour: Colour
 
 
 @dataclass(frozen=True)
@@ -121,23 +152,23 @@ def _outer_radius(segment: Segment, i: int, fallback: float) -> float:
     return float(layers[-1].outer_radius) if layers else fallback
 
 
-def _pressure_scale(posture: Posture) -> tuple[float, float]:
-    pressures = np.asarray(posture.pressures) / kPa
-    return min(0.0, float(pressures.min())), max(float(pressures.max()), 1.0)
+def _largest_pressure(posture: Posture) -> float:
+    """End of the colours [kPa]: a round number above all pressures."""
+    largest = float(np.max(np.abs(np.asarray(posture.pressures)))) / kPa
+    return max(10.0, 10.0 * np.ceil(largest / 10.0 - 1e-9))
 
 
 def _tubes(posture: Posture) -> Iterator[_Tube]:
     from matplotlib import colormaps
 
     thin = 0.01 * float(posture.limb.length)
-    pressures = getattr(posture, "pressures", None)
-    flat = None if pressures is None else np.ravel(pressures) / kPa
-    low, high = (0.0, 1.0) if flat is None else _pressure_scale(posture)
+    low, high = style.PRESSURE_SHARE
+    pressures = None if posture.pressures is None else np.ravel(posture.pressures) / kPa
     place = 0
     for segment, rods in zip(posture.limb.segments, posture.rods, strict=True):
         for i, rod in enumerate(rods):
-            share = 0.5 if flat is None else (flat[place] - low) / (high - low)
-            colour = tuple(colormaps[style.PRESSURE_COLOURS](0.08 + 0.87 * share)[:3])
+            share = 0.3 if pressures is None else max(0.0, float(pressures[place])) / _largest_pressure(posture)
+            colour = tuple(colormaps[style.PRESSURE_COLOURS](low + (high - low) * share)[:3])
             yield _Tube(np.asarray(rod.centreline(_ALONG)), _outer_radius(segment, i, thin), colour)
             place += 1
 
@@ -162,6 +193,27 @@ def _plates(posture: Posture) -> Iterator[_Disc]:
         yield _Disc(pose, segment.plate.thickness or 0.3 * thin, 1.05 * reach)
 
 
+def _limits(posture: Posture) -> Array:
+    """What the views show, (3, 2) [mm]: everything, a margin, and no axis shorter than a quarter of the longest."""
+    points = [tube.points + offset for tube in _tubes(posture) for offset in (-tube.radius, tube.radius)]
+    points += [plate.rim(along) for plate in _plates(posture) for along in (0.0, 1.0)]
+    corners = np.concatenate(points) / mm
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    span = np.maximum(high - low, 0.25 * (high - low).max())
+    span = span + 0.06 * span.max()
+    middle = 0.5 * (low + high)
+    return np.stack([middle - 0.5 * span, middle + 0.5 * span], axis=1)
+
+
+def _ticks(least: float) -> Any:
+    """Ticks at round distances [mm], at least so far apart."""
+    from matplotlib.ticker import MultipleLocator
+
+    return MultipleLocator(
+        next((step for step in (5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0) if step >= least), 1000.0)
+    )
+
+
 def _rings(points: Array, radius: float) -> Array:
     """Circles about a line, (n, around + 1, 3), with a normal carried along it without twist."""
     tangents = np.gradient(points, axis=0)
@@ -177,98 +229,175 @@ def _rings(points: Array, radius: float) -> Array:
     return np.array(rings)
 
 
+def _band(line: Array, radius: float) -> Array:
+    """Outline of a line in the plane drawn 2 radius wide, (2 n, 2)."""
+    along = np.gradient(line, axis=0)
+    # Where a tube points at the viewer the line stands still; any direction will do there.
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    across *= radius / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
+    return np.concatenate([line + across, (line - across)[::-1]])
+
+
 def _quads(rings: Array) -> Array:
     """Faces between neighbouring circles, (m, 4, 3)."""
     faces = np.stack([rings[:-1, :-1], rings[1:, :-1], rings[1:, 1:], rings[:-1, 1:]], axis=2)
     return faces.reshape(-1, 4, 3)
 
 
-def _shaded(faces: Array, colour: tuple[float, ...], light: Array) -> Array:
+def _shaded(faces: Array, colour: Colour, light: Array) -> Array:
     """Face colours under one lamp and its surroundings, (m, 3)."""
     normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
-    # Half of the light comes from all sides, so that the far side of a tube does not turn black.
-    brightness = 0.62 + 0.38 * normals @ light
-    tint = np.clip(np.outer(brightness, colour), 0.0, 1.0)
-    return tint + 0.12 * np.clip(brightness - 0.9, 0.0, 1.0)[:, None]
+    # Most of the light comes from all sides, so that the far side of a tube does not turn black.
+    brightness = 0.78 + 0.26 * normals @ light
+    return np.clip(np.outer(brightness, colour), 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class _Camera:
+    """Directions of the picture in space."""
+
+    right: Array
+    up: Array
+    towards: Array  # from the limb to the viewer
+    roll: float  # [deg]
+
+    @classmethod
+    def on(cls, posture: Posture) -> _Camera:
+        elevation, azimuth = np.radians([_ELEVATION, _AZIMUTH])
+        towards = np.array(
+            [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
+        )
+        right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+        up = np.cross(towards, right)
+        return cls(-right, -up, towards, 180.0) if _hangs(posture) else cls(right, up, towards, 0.0)
+
+    def flat(self, points: Array) -> Array:
+        return np.stack([points @ self.right, points @ self.up], axis=-1)
 
 
 def _draw_space(posture: Posture, ax: Any, loads: bool) -> None:
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    turn = np.array([1.0, -1.0, -1.0]) if _hangs(posture) else np.ones(3)
-    light = _LIGHT / np.linalg.norm(_LIGHT) * turn
+    camera = _Camera.on(posture)
+    light = -0.5 * camera.right + 0.6 * camera.up + 0.6 * camera.towards
+    light /= np.linalg.norm(light)
     polygons: list[Array] = []
     colours: list[Array] = []
     for tube in _tubes(posture):
-        faces = _quads(_rings(tube.points, tube.radius))
+        faces = _quads(_rings(tube.points, tube.radius))[:, ::-1]  # outer side out
         polygons.extend(faces / mm)
         colours.extend(_shaded(faces, tube.colour, light))
     for disc in _plates(posture):
         for faces in _disc_faces(disc):
             polygons.extend(faces / mm)
             colours.extend(_shaded(faces, _PLATE_COLOUR, light))
+    # Arrows go over the limb; left to itself matplotlib hides an arrow that starts inside a plate.
+    ax.computed_zorder = False
     # One collection, so that faces of all bodies are sorted together from back to front.
     ax.add_collection3d(Poly3DCollection(polygons, facecolors=colours, edgecolors=colours, linewidths=0.2))
-    corners = np.concatenate(polygons)
+    limits = _limits(posture)
     if loads:
-        corners = np.concatenate([corners, _draw_loads(posture, ax, corners, turn)])
-    _equal_axes(ax, corners)
-    ax.view_init(elev=14.0, azim=-62.0, roll=180.0 if _hangs(posture) else 0.0)
+        limits = _draw_loads(posture, ax, np.concatenate(polygons), limits, camera)
+    middle, span = limits.mean(axis=1), np.ptp(limits, axis=1)
+    # A straight limb is a thin column: 0.4 of its height keeps room for the ticks.
+    span = np.maximum(span, 0.4 * span.max())
+    ax.set_xlim(middle[0] - span[0] / 2, middle[0] + span[0] / 2)
+    ax.set_ylim(middle[1] - span[1] / 2, middle[1] + span[1] / 2)
+    ax.set_zlim(middle[2] - span[2] / 2, middle[2] + span[2] / 2)
+    corners = np.array(np.meshgrid(*([-0.5, 0.5],) * 3)).reshape(3, -1).T * span
+    seen = np.ptp(camera.flat(corners), axis=0).max() / np.linalg.norm(span)
+    ax.set_proj_type("ortho")
+    # matplotlib scales by the box's diagonal; what counts is what the viewer sees of it.
+    ax.set_box_aspect(tuple(span), zoom=_FILL / seen)
+    ax.view_init(elev=_ELEVATION, azim=_AZIMUTH, roll=camera.roll)
     for name in "xyz":
-        getattr(ax, f"set_{name}label")(f"{name} [mm]", fontsize=style.FONT_SIZE)
-        getattr(ax, f"{name}axis").set_pane_color((1.0, 1.0, 1.0, 0.0))
-    ax.tick_params(labelsize=style.FONT_SIZE - 2.0, pad=0)
-    ax.locator_params(axis="x", nbins=4)
-    ax.locator_params(axis="y", nbins=4)
+        line = getattr(ax, f"{name}axis")
+        line.set_label_text(f"{name} [mm]", fontsize=style.FONT_SIZE)
+        line.labelpad = -3.0
+        line.set_pane_color((1.0, 1.0, 1.0, 0.0))
+        line.set_major_locator(_ticks(float(span.max()) / 9.0))
+        line._axinfo["grid"].update(color="0.88", linewidth=0.5)
+    ax.tick_params(labelsize=style.FONT_SIZE - 2.0, pad=0.0)
 
 
 def _disc_faces(disc: _Disc) -> Iterator[Array]:
     bottom, top = disc.rim(0.0), disc.rim(1.0)
     yield _quads(np.array([top, bottom]))
-    for rim, middle in ((bottom, bottom[:-1].mean(axis=0)), (top, top[:-1].mean(axis=0))):
+    for rim in (bottom, top):
+        middle = rim[:-1].mean(axis=0)
         # A wheel of wedges in four rings: one large face would be sorted by its centre and cover tubes it should not.
         for inner, outer in ((0.0, 0.25), (0.25, 0.5), (0.5, 0.75), (0.75, 1.0)):
             faces = _quads(np.array([middle + outer * (rim - middle), middle + inner * (rim - middle)]))
-            yield faces[:, ::-1] if rim is bottom else faces
+            yield faces if rim is bottom else faces[:, ::-1]
 
 
-def _equal_axes(ax: Any, corners: Array) -> None:
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    # A straight limb is a thin column: half of its height keeps room for the ticks.
-    span = np.maximum(high - low, 0.45 * (high - low).max()) * 1.04
-    middle = 0.5 * (low + high)
-    ax.set_xlim(middle[0] - span[0] / 2, middle[0] + span[0] / 2)
-    ax.set_ylim(middle[1] - span[1] / 2, middle[1] + span[1] / 2)
-    ax.set_zlim(middle[2] - span[2] / 2, middle[2] + span[2] / 2)
-    ax.set_box_aspect(span / span.max(), zoom=1.0)
+@dataclass(frozen=True)
+class _Arrow:
+    start: Array
+    reach: Array
+    text: str
+    colour: str
+    line: Any
 
 
-def _draw_loads(posture: Posture, ax: Any, corners: Array, turn: Array) -> Array:
-    """Arrows with value and unit; returns their ends so that the axes make room for them [mm]."""
-    size = float((corners.max(axis=0) - corners.min(axis=0)).max())
+def _draw_loads(posture: Posture, ax: Any, corners: Array, limits: Array, camera: _Camera) -> Array:
+    """Arrows with value and unit; returns limits with room for them [mm]."""
+    size = float(np.ptp(limits, axis=1).max())
+    arrows = list(_load_arrows(posture, size))
+    gravity = np.asarray(posture.loads["gravity"], dtype=float)
+    if np.any(gravity):
+        reach = 0.16 * size * gravity / np.linalg.norm(gravity)
+        text = f"gravity\n{np.linalg.norm(gravity):.3g} m/s²"
+        shafts = [arrow.start + share * arrow.reach for arrow in arrows for share in np.linspace(0.0, 1.3, 6)]
+        taken = np.concatenate([corners, np.reshape(shafts, (-1, 3))])
+        arrows.append(_Arrow(_free_corner(limits, reach, taken, camera), reach, text, style.GRAVITY_COLOUR, "-"))
+    labels: list[Array] = []
+    for arrow in arrows:
+        ax.quiver(
+            *arrow.start,
+            *arrow.reach,
+            color=arrow.colour,
+            linewidth=1.8,
+            linestyle=arrow.line,
+            arrow_length_ratio=0.25,
+            zorder=10,
+        )
+        across, upwards = camera.flat(arrow.reach) / max(float(np.linalg.norm(camera.flat(arrow.reach))), 1e-9 * size)
+        place = arrow.start + arrow.reach + 0.06 * size * (across * camera.right + upwards * camera.up)
+        # A label too close to an earlier one moves up the picture until it is free.
+        while any(np.all(np.abs(camera.flat(place - other)) < size * np.array([0.3, 0.075])) for other in labels):
+            place = place + 0.02 * size * camera.up
+        labels.append(place)
+        ax.text(
+            *place,
+            arrow.text,
+            color=arrow.colour,
+            fontsize=style.FONT_SIZE - 1.0,
+            ha="center",
+            va="center",
+            zorder=11,
+            linespacing=1.0,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.4},
+        )
+    ends = np.array([point for arrow in arrows for point in (arrow.start, arrow.start + arrow.reach)] + labels)
+    if not len(ends):
+        return limits
+    return np.stack([np.minimum(limits[:, 0], ends.min(axis=0)), np.maximum(limits[:, 1], ends.max(axis=0))], axis=1)
+
+
+def _load_arrows(posture: Posture, size: float) -> Iterator[_Arrow]:
     plates = np.asarray(posture.plates)
     forces, moments = _applied(posture)
-    ends = []
-    for vectors, unit, line in ((forces, "N", "-"), (moments, "N m", (0, (3, 1.5)))):
-        largest = max((float(np.linalg.norm(vector)) for vector in vectors), default=0.0)
+    for vectors, unit, line in ((forces, "N", "-"), (moments, "N m", (0, (2.5, 1.2)))):
+        largest = max(float(np.linalg.norm(vector)) for vector in vectors)
         for plate, vector in zip(plates, vectors, strict=True):
             norm = float(np.linalg.norm(vector))
             if norm > 0.0:
-                # A small load stays visible: a quarter of the largest at least.
-                reach = 0.22 * size * max(norm / largest, 0.25) * vector / norm
-                start = plate[:3, 3] / mm
-                ends.append(_arrow(ax, start, reach, f"{norm:.3g} {unit}", style.LOAD_COLOUR, line))
-    gravity = np.asarray(posture.loads["gravity"], dtype=float)
-    strength = float(np.linalg.norm(gravity))
-    if strength > 0.0:
-        # Beside the base, where no limb is.
-        start = np.array([corners[:, 0].min(), corners[:, 1].max(), 0.0])
-        reach = 0.16 * size * gravity / strength
-        ends.append(_arrow(ax, start, reach, f"g = {strength:.2f} m/s²", style.GRAVITY_COLOUR, "-"))
-        ends.append(start)
-    return np.array(ends).reshape(-1, 3)
+                # A small load stays visible: half of the largest at least.
+                reach = 0.2 * size * max(norm / largest, 0.5) * vector / norm
+                yield _Arrow(plate[:3, 3] / mm, reach, f"{norm:.3g} {unit}", style.LOAD_COLOUR, line)
 
 
 def _applied(posture: Posture) -> tuple[Array, Array]:
@@ -278,38 +407,38 @@ def _applied(posture: Posture) -> tuple[Array, Array]:
     total = np.zeros((len(plates), 6)) if wrenches is None else np.array(wrenches, dtype=float)
     total[-1, :3] += posture.loads["tip_force"]
     total[-1, 3:] += posture.loads["tip_moment"]
+    forces, moments = total[:, :3], total[:, 3:]
     if posture.loads.get("frame") == "plate":
-        total = np.concatenate(
-            [np.einsum("jab,jb->ja", plates[:, :3, :3], part) for part in (total[:, :3], total[:, 3:])], axis=1
-        )
-    return total[:, :3], total[:, 3:]
+        forces, moments = (np.einsum("jab,jb->ja", plates[:, :3, :3], part) for part in (forces, moments))
+    return forces, moments
 
 
-def _arrow(ax: Any, start: Array, reach: Array, text: str, colour: str, line: Any) -> Array:
-    end = start + reach
-    ax.quiver(*start, *reach, color=colour, linewidth=1.8, linestyle=line, arrow_length_ratio=0.22, zorder=10)
-    ax.text(
-        *(start + 1.12 * reach),
-        text,
-        color=colour,
-        fontsize=style.FONT_SIZE - 1.0,
-        ha="center",
-        va="center",
-        zorder=11,
-        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
-    )
-    return np.asarray(end)
+def _free_corner(limits: Array, reach: Array, corners: Array, camera: _Camera) -> Array:
+    """A vertical edge of the box where an arrow is farthest from the limb in the picture."""
+    inset = 0.05 * np.ptp(limits, axis=1)
+    low, high = limits[:, 0] + inset, limits[:, 1] - inset
+    body = camera.flat(corners[:: max(1, len(corners) // 2000)])
+    best, room = low, -1.0
+    for x in (low[0], high[0]):
+        for y in (low[1], high[1]):
+            for share in (0.0, 0.5, 1.0):
+                start = np.array([x, y, low[2] + share * (high[2] - low[2])])
+                start -= share * np.maximum(reach, 0.0) - (1.0 - share) * np.maximum(-reach, 0.0)
+                arrow = camera.flat(start + np.linspace(0.0, 1.3, 6)[:, None] * reach)
+                distance = float(np.linalg.norm(arrow[:, None] - body, axis=-1).min())
+                if distance > room:
+                    best, room = start, distance
+    return best
 
 
-def _colour_bar(posture: Posture, figure: Figure, axes: list[Axes]) -> None:
+def _colour_bar(posture: Posture, figure: Figure, ax: Axes) -> None:
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
 
-    low, high = _pressure_scale(posture)
     # The same part of the map that the tubes use.
-    colours = ListedColormap(colormaps[style.PRESSURE_COLOURS](np.linspace(0.08, 0.95, 128)))
-    bar = figure.colorbar(ScalarMappable(Normalize(low, high), colours), ax=axes, shrink=0.6, aspect=25)
+    colours = ListedColormap(colormaps[style.PRESSURE_COLOURS](np.linspace(*style.PRESSURE_SHARE, 128)))
+    bar = figure.colorbar(ScalarMappable(Normalize(0.0, _largest_pressure(posture)), colours), cax=ax)
     bar.set_label("gauge pressure [kPa]", fontsize=style.FONT_SIZE)
     bar.ax.tick_params(labelsize=style.FONT_SIZE - 1.0)
 

@@ -13,17 +13,23 @@ PREDICTED = {"color": "#1f4e79", "linewidth": 1.8}
 MEASURED = {"color": "#d1495b", "marker": "o", "markersize": 5.0, "markerfacecolor": "white", "linestyle": "none"}
 LOAD_COLOUR = "#b3122a"
 GRAVITY_COLOUR = "#555555"
-PRESSURE_COLOURS = "cividis"  # lightness grows with the value
+PRESSURE_COLOURS = "YlOrBr"  # from pale to dark: the value can be read from a grey print as well
+PRESSURE_SHARE = (0.06, 0.82)  # part of the map in use: beyond it the shading of a tube would drown in black
 FONT_SIZE = 9.0
 DOTS_PER_INCH = 200
 
 
-def new_figure(width_mm: float, height_mm: float) -> Figure:
-    """A figure that belongs to nobody: no window, no global state."""
+def new_figure(width_mm: float, height_mm: float, *, constrained: bool = True) -> Figure:
+    """A figure that belongs to nobody: no window, no global state.
+
+    `constrained` lets matplotlib make room for labels; without it the caller places the axes.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width_mm / 25.4, height_mm / 25.4), layout="constrained", dpi=DOTS_PER_INCH)
+    figure = Figure(
+        figsize=(width_mm / 25.4, height_mm / 25.4), layout="constrained" if constrained else None, dpi=DOTS_PER_INCH
+    )
     FigureCanvasAgg(figure)
     return figure
 

@@ -127,10 +127,17 @@ class Scene:
         Returns
         -------
         Posture
+
+        Raises
+        ------
+        ValueError
+            There are no pressures, neither here nor in the scene; or `Limb.solve` refuses them.
         """
         loads = self.solve_options() | options
         if pressures is None and self.rest_lengths is not None:
             return self.limb.solve(rest_lengths=self.rest_lengths, **loads)
+        if pressures is None and self.pressures is None:
+            raise ValueError("the scene has no pressures: add `pressures_kPa` to [scene], or give them")
         return self.limb.solve(self.pressures if pressures is None else pressures, **loads)
 
     def sweep(self, *, progress: bool = True) -> Batch:
@@ -211,8 +218,6 @@ class Scene:
         if "pressures" in table and "rest_lengths" in table:
             raise table.error("give either `pressures` or `rest_lengths`: got both")
         axes = tuple(axis_from_dict(*part, counts) for part in table.mappings("sweep"))
-        if "pressures" not in table and "rest_lengths" not in table and not axes:
-            raise table.error("missing key `pressures_kPa`")
         return cls(
             limb=limb,
             pressures=_per_actuator(table, "pressures", counts),

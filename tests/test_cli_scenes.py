@@ -1,0 +1,175 @@
+"""The subcommands posture, sweep and compare, as a user types them."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from softlimb import scenes
+from softlimb.cli import main
+
+pytest.importorskip("softlimb.limb")
+
+
+def columns_of(path: Path) -> dict[str, list[str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.reader(file))
+    return {name: [row[i] for row in rows[1:]] for i, name in enumerate(rows[0])}
+
+
+def is_picture(path: Path) -> bool:
+    return path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n" and path.stat().st_size > 10_000
+
+
+def test_posture_prints_a_table_and_writes_picture_and_files(tmp_path: Path, capsys) -> None:
+    picture, table, line = tmp_path / "limb.png", tmp_path / "plates.csv", tmp_path / "line.csv"
+    arguments = [
+        "posture",
+        "complex-posture",
+        "--output",
+        str(picture),
+        "--table",
+        str(table),
+        "--centreline",
+        str(line),
+    ]
+    assert main(arguments) == 0
+    said = capsys.readouterr().out
+    assert "90.0 60.0 30.0" in said
+    assert "status: converged" in said
+    assert "reference length: 650.0 mm" in said
+    assert is_picture(picture)
+    columns = columns_of(table)
+    posture = scenes.load_scene("complex-posture").solve()
+    # the file holds twelve digits
+    assert_allclose([float(z) for z in columns["z_mm"]], posture.plates[:, 2, 3] * 1e3, rtol=1e-11)
+    assert_allclose([float(p) for p in columns["pressure_1_kPa"]], [90.0, 60.0, 50.0], rtol=1e-12)
+    points = columns_of(line)
+    assert_allclose(float(points["x_mm"][-1]), posture.tip[0, 3] * 1e3, atol=1e-6)  # six decimals
+
+
+def test_posture_takes_pressures_from_the_command_line(capsys) -> None:
+    assert main(["posture", "elongation-proximal", "--pressures-kPa", "10", "10", "10"]) == 0
+    assert "10.0 10.0 10.0" in capsys.readouterr().out
+
+
+def test_sweep_writes_csv_netcdf_and_a_picture(tmp_path: Path, capsys) -> None:
+    xarray = pytest.importorskip("xarray")
+    table, data, picture = tmp_path / "a.csv", tmp_path / "a.nc", tmp_path / "a.png"
+    arguments = ["sweep", "bend-1", "--table", str(table), "--netcdf", str(data), "--output", str(picture)]
+    assert main([*arguments, "--no-progress"]) == 0
+    assert "13 postures, 13 successful" in capsys.readouterr().out
+    columns = columns_of(table)
+    assert_allclose([float(p) for p in columns["pressure_1_1_kPa"]], np.linspace(0.0, 60.0, 13), rtol=1e-12)
+    assert set(columns["success"]) == {"True"}
+    with xarray.open_dataset(data) as read:
+        assert read.pressure.attrs["units"] == "Pa"
+        assert read.tip_position.attrs["units"] == "m"
+        assert_allclose(read.tip_position.values[:, 2] * 1e3, [float(z) for z in columns["tip_z_mm"]], rtol=1e-11)
+        again = scenes.Scene.from_dict(_parsed(read.attrs["scene"]))
+    assert again.limb == scenes.load_scene("bend-1").limb
+    assert is_picture(picture)
+
+
+def _parsed(text: str) -> dict:
+    try:
+        import tomllib
+    except ModuleNotFoundError:
+        import tomli as tomllib
+    return tomllib.loads(text)
+
+
+def test_a_predicted_centreline_compared_with_itself_has_no_error(tmp_path: Path, capsys) -> None:
+    line = tmp_path / "line.csv"
+    assert main(["posture", "complex-posture", "--centreline", str(line)]) == 0
+    capsys.readouterr()
+    picture = tmp_path / "a.png"
+    assert main(["compare", "complex-posture", str(line), "--output", str(picture)]) == 0
+    said = capsys.readouterr().out
+    assert "tip error: 0.00 mm = 0.00 % of the reference length 650.0 mm" in said
+    assert "R^2 of the positions: 1.0000" in said
+    assert is_picture(picture)
+
+
+def test_a_shifted_tip_is_reported_in_mm_and_per_cent_of_the_length_asked_for(tmp_path: Path, capsys) -> None:
+    tip = [float(1e3 * x) for x in scenes.load_scene("complex-posture").solve().tip[:3, 3]]
+    path = tmp_path / "a.csv"
+    path.write_text(f"x_mm,y_mm,z_mm\n0,0,0\n{tip[0] + 13.45!r},{tip[1]!r},{tip[2]!r}\n", encoding="utf-8")
+    assert main(["compare", "complex-posture", str(path), "--reference-length-mm", "666"]) == 0
+    # 13.45/666 = 2.0195 %: the paper's number, to show which length it implies
+    assert "tip error: 13.45 mm = 2.02 % of the reference length 666.0 mm" in capsys.readouterr().out
+
+
+def test_a_curve_taken_from_the_prediction_compares_without_error(tmp_path: Path, capsys) -> None:
+    from softlimb.measured import response_of
+
+    response = response_of(scenes.load_scene("elongation-proximal"), "elongation")
+    rows = [f"{p:g},{float(1e3 * response(1e3 * p))!r}" for p in (5.0, 22.0, 41.0)]
+    path, table, picture = tmp_path / "a.csv", tmp_path / "b.csv", tmp_path / "a.png"
+    path.write_text("\n".join(["P,elongation_mm", *rows]), encoding="utf-8")
+    arguments = ["compare", "elongation-proximal", str(path), "--column", "pressure_kPa=P", "--table", str(table)]
+    assert main([*arguments, "--output", str(picture)]) == 0
+    said = capsys.readouterr().out
+    assert "pressure MAE at equal elongation: 0.0000 kPa" in said
+    assert "R^2 of the elongation: 1.0000" in said
+    assert columns_of(table)["pressure_kPa"] == ["5.00", "22.00", "41.00"]
+    assert is_picture(picture)
+
+
+def test_sweeps_and_measured_tips_have_the_same_columns(tmp_path: Path, capsys) -> None:
+    table = tmp_path / "sweep.csv"
+    assert main(["sweep", "bend-2", "--table", str(table), "--no-progress"]) == 0
+    capsys.readouterr()
+    assert main(["compare", "bend-2", str(table)]) == 0
+    assert "mean tip error: 0.00 mm" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["postur", "x"], "invalid choice: 'postur'"),
+        (["posture"], "the following arguments are required: SCENE"),
+        (["posture", "comlex-posture"], "did you mean `complex-posture`?"),
+        (["posture", "nowhere.toml"], "there is no file nowhere.toml"),
+        (["posture", "complex-posture", "--pressures-kPa", "1"], "--pressures-kPa has 1 numbers"),
+        (["posture", "complex-posture", "--pressures-kPa", *["nan"] * 9], "--pressures-kPa must be finite"),
+        (["posture", "complex-posture", "--tolerance", "0"], "--tolerance must be within (0, 1)"),
+        (["posture", "complex-posture", "--output", "nowhere/at/all.png"], "nowhere/at/all.png"),
+        (["compare", "complex-posture", "nowhere.csv"], "there is no file nowhere.csv"),
+        (["compare", "complex-posture", "x.csv", "--column", "a"], "--column must be NAME=THEIRS"),
+    ],
+)
+def test_a_users_mistake_is_one_line_and_exit_code_two(arguments: list[str], message: str, capsys) -> None:
+    assert main(arguments) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("softlimb: error: ")
+    assert said.count("\n") == 1
+    assert message in said
+
+
+def test_a_comparison_that_the_scene_cannot_answer_says_so(tmp_path: Path, capsys) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("pressure_kPa,bending_deg\n1,2\n", encoding="utf-8")
+    assert main(["compare", "complex-posture", str(path)]) == 2
+    assert "exactly one [[scene.sweep]] of pressures" in capsys.readouterr().err
+    path.write_text("pressure_1_1_kPa,tip_x_mm,tip_y_mm,tip_z_mm\n1,2,3,4\n", encoding="utf-8")
+    assert main(["compare", "complex-posture", str(path)]) == 2
+    assert "pressures of 1 actuators, the limb has 9" in capsys.readouterr().err
+
+
+def test_version_and_help_exit_with_zero(capsys) -> None:
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("softlimb ")
+    assert main(["compare", "--help"]) == 0
+    assert "pressure_1_1_kPa" in capsys.readouterr().out
+
+
+def test_the_command_does_not_load_matplotlib_without_a_picture() -> None:
+    code = "import sys; from softlimb.cli import main; main(['--version']); sys.exit('matplotlib' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True).returncode == 0

@@ -1,0 +1,146 @@
+"""Pictures: files that can be opened, axes that say their unit, lengths that are equal in all directions."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from softlimb import Section, measured, scenes
+from softlimb.presets import reference_limb
+from softlimb.units import kPa
+
+pytest.importorskip("softlimb.limb")
+
+from matplotlib.figure import Figure
+
+from softlimb import plot
+
+
+@pytest.fixture(scope="module")
+def posture():
+    loads = {"gravity": (0.0, 0.0, 9.81), "tip_force": (0.5, 0.0, -0.2), "tip_moment": (0.0, 0.02, 0.0)}
+    return reference_limb().solve(np.array([90, 60, 30, 60, 40, 20, 50, 50, 50]) * kPa, **loads)
+
+
+def labels(figure: Figure) -> list[str]:
+    found = []
+    for ax in figure.axes:
+        found += [ax.get_xlabel(), ax.get_ylabel(), *([ax.get_zlabel()] if hasattr(ax, "get_zlabel") else [])]
+    return [label for label in found if label]
+
+
+def texts(figure: Figure) -> str:
+    return " | ".join(text.get_text() for ax in figure.axes for text in ax.texts)
+
+
+def test_a_limb_is_drawn_to_a_file_with_units_on_all_axes(posture, tmp_path: Path) -> None:
+    figure = plot.limb(posture)
+    for ending in ("png", "pdf", "svg"):
+        figure.savefig(tmp_path / f"limb.{ending}")
+        assert (tmp_path / f"limb.{ending}").stat().st_size > 10_000
+    assert labels(figure)
+    assert all(label.endswith("]") for label in labels(figure)), labels(figure)
+
+
+def test_space_and_side_views_have_equal_scales(posture) -> None:
+    figure = plot.limb(posture)
+    figure.draw_without_rendering()
+    space, *views = [ax for ax in figure.axes if ax.get_ylabel() != "gauge pressure [kPa]"]
+    spans = [abs(np.diff(getattr(space, f"get_{name}lim")())[0]) for name in "xyz"]
+    # the box's sides must be as long as the limits are wide; matplotlib normalises them together
+    assert_allclose(space._box_aspect / space._box_aspect.max(), np.array(spans) / max(spans), rtol=1e-12)
+    for ax in views:
+        assert ax.get_aspect() == 1.0
+
+
+def test_a_hanging_limb_points_down_in_all_views(posture) -> None:
+    figure = plot.limb(posture)
+    space, *views = [ax for ax in figure.axes if ax.get_ylabel() != "gauge pressure [kPa]"]
+    figure.draw_without_rendering()
+    from mpl_toolkits.mplot3d import proj3d
+
+    heights = [proj3d.proj_transform(0.0, 0.0, z, space.get_proj())[1] for z in (0.0, 100.0)]
+    assert heights[1] < heights[0]
+    for ax in views:
+        assert ax.yaxis.get_inverted()
+
+
+def test_loads_carry_their_value_and_unit(posture) -> None:
+    said = texts(plot.limb(posture))
+    assert "0.539 N" in said  # |(0.5, 0, -0.2)|
+    assert "0.02 N m" in said
+    assert "9.81 m/s²" in said
+    assert texts(plot.limb(posture, figure_axes(), loads=False).figure) == ""
+
+
+def figure_axes():
+    return Figure().add_subplot(projection="3d")
+
+
+def test_load_labels_do_not_cover_each_other(posture) -> None:
+    figure = plot.limb(posture)
+    figure.draw_without_rendering()
+    boxes = [text.get_window_extent() for text in figure.axes[0].texts]
+    for i, one in enumerate(boxes):
+        assert not any(one.overlaps(other) for other in boxes[i + 1 :])
+
+
+def test_tick_labels_of_the_side_views_do_not_touch(posture) -> None:
+    for pressures in (np.zeros(9), np.array([90, 60, 30, 60, 40, 20, 50, 50, 50]) * kPa):
+        figure = plot.limb(reference_limb().solve(pressures, gravity=(0.0, 0.0, 9.81)))
+        figure.draw_without_rendering()
+        boxes = [
+            label.get_window_extent()
+            for ax in figure.axes[1:3]
+            for label in ax.get_xticklabels()
+            if label.get_text() and ax.get_xlim()[0] <= label.get_position()[0] <= ax.get_xlim()[1]
+        ]
+        for i, one in enumerate(boxes):
+            assert not any(one.overlaps(other) for other in boxes[i + 1 :])
+
+
+def test_rods_without_a_known_radius_are_drawn_as_well() -> None:
+    from softlimb.limb import Limb, Plate, Rod, Segment
+
+    rod = Rod(Section(axial=400.0, shear=130.0, bending=0.05, torsion=0.03), 0.2)
+    limb = Limb([Segment(rods=[rod] * 3, ring_radius=0.03, plate=Plate(thickness=0.0, mass=0.0))])
+    figure = plot.limb(limb.solve(tip_force=(0.1, 0.0, 0.0)))
+    assert all(label.endswith("]") for label in labels(figure))
+
+
+def test_curves_show_measured_points_beside_the_prediction() -> None:
+    pressures = np.linspace(0.0, 55.0, 6) * kPa
+    curve = measured.Curve("elongation", pressures, 0.001 * pressures / kPa)
+    figure = plot.comparison(
+        measured.compare_curve(curve, lambda p: 0.0011 * p / kPa, np.linspace(0.0, 55.0, 12) * kPa)
+    )
+    ax = figure.axes[0]
+    assert ax.get_xlabel() == "gauge pressure [kPa]"
+    assert ax.get_ylabel() == "elongation [mm]"
+    shown = {line.get_label(): line.get_xydata() for line in ax.lines}
+    assert_allclose(shown["measured"], np.stack([pressures / kPa, pressures / kPa], axis=1))
+    assert_allclose(shown["predicted"][:, 1], 1.1 * shown["predicted"][:, 0])
+
+
+def test_sweeps_and_centrelines_have_units_and_equal_scales(posture) -> None:
+    scene = scenes.load_scene("bend-2")
+    batch = scene.sweep(progress=False)
+    for figure in (plot.sweep(batch, scene.sweep_axes), plot.sweep(batch)):
+        assert all(label.endswith("]") for label in labels(figure)), labels(figure)
+    result = measured.compare_centreline(measured.Centreline(posture.centreline(5)), posture)
+    figure = plot.comparison(result)
+    assert [ax.get_aspect() for ax in figure.axes] == [1.0, 1.0]
+    assert "% of 650.0 mm" in figure.get_suptitle()
+
+
+def test_pictures_leave_no_global_state(posture) -> None:
+    import matplotlib
+
+    before = dict(matplotlib.rcParams)
+    plot.limb(posture)
+    assert dict(matplotlib.rcParams) == before
+    assert "matplotlib.pyplot" not in sys.modules or not sys.modules["matplotlib.pyplot"].get_fignums()
