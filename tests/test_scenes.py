@@ -54,6 +54,7 @@ def tubes(draw: st.DrawFn) -> Tube:
         tension_only=draw(st.booleans()),
         ends=draw(st.sampled_from(["free", "bonded"])),
         mass=draw(st.none() | st.floats(1e-3, 1.0)),
+        cap_length=draw(st.just(0.0) | st.floats(1e-4, 0.02)),
     )
 
 
@@ -124,10 +125,23 @@ def test_the_reference_limb_is_that_of_its_table() -> None:
     mass = sum(sum(tube.mass for tube in s.actuators) + s.plate.mass for s in limb.segments)
     # 1.08 kg with the base plate, which is not part of the limb: 3 (98 + 52 + 23.5) g + 4 x 140 g = 1080.5 g
     assert mass + 0.14 == pytest.approx(1.0805, rel=1e-12)
-    outer = [[tube.layers[-1].outer_radius for tube in s.actuators] for s in limb.segments]
+    outer = [[tube.outer_radius for tube in s.actuators] for s in limb.segments]
     assert outer == [[21.5 * mm] * 3, [16.1 * mm] * 3, [10.75 * mm] * 3]
     # The radius reduction ratio: distal over proximal radius.
     assert limb.segments[2].ring_radius / limb.segments[0].ring_radius == pytest.approx(0.5)
+
+
+def test_a_tube_may_be_given_by_its_winding() -> None:
+    tube = {"length_mm": 200, "radii_mm": [9, 10.25, 10.75], "core": "dragon-skin-30", "skin": "dragon-skin-30"}
+    tube |= {"thread_diameter_mm": 0.18, "pitch_mm": 3}
+    segment = {"actuators": ["t", "t", "t"], "ring_radius_mm": 14}
+    limb = scenes.limb_from_dict({"tubes": {"t": tube}, "segments": [segment]})
+    law = sl.materials.get("dragon-skin-30")
+    radii = (9 * mm, 10.25 * mm, 10.75 * mm)
+    options = {"core": law, "skin": law, "thread_diameter": 0.18 * mm, "pitch": 3 * mm}
+    assert limb.segments[0].actuators[0] == Tube.fibre_reinforced(200 * mm, radii=radii, **options)
+    with pytest.raises(ValueError, match="by `layers` or by its winding"):
+        scenes.limb_from_dict({"tubes": {"t": tube | {"layers": []}}, "segments": [segment]})
 
 
 def test_single_segments_of_the_reference_limb_are_those_of_the_whole() -> None:

@@ -362,7 +362,8 @@ def nearest_on_polyline(points: Array, line: Array) -> Array:
     along = np.einsum("nmk,mk->nm", points[:, None] - start, step) / squared
     feet = start + np.clip(along, 0.0, 1.0)[..., None] * step
     best = np.argmin(np.sum((points[:, None] - feet) ** 2, axis=-1), axis=1)
-    return feet[np.arange(len(points)), best]
+    nearest: Array = feet[np.arange(len(points)), best]
+    return nearest
 
 
 def response_of(scene: Scene, kind: str) -> Callable[[float], float]:

@@ -258,10 +258,11 @@ def _with_progress(rows: Iterable[int], progress: bool) -> Iterable[int]:
     if not progress:
         return rows
     try:
-        from tqdm import tqdm
+        from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
     except ModuleNotFoundError:
         return rows
-    return tqdm(rows, unit="posture")
+    bar: Iterable[int] = tqdm(rows, unit="posture")
+    return bar
 
 
 def bending_angle(pose: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -59,7 +59,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         arguments = parser.parse_args(argv)
         run = next(s.run for s in SUBCOMMANDS if s.__name__.rpartition(".")[2] == arguments.command)
-        return run(arguments)
+        return int(run(arguments))
     except SystemExit as end:  # --help and --version
         return int(end.code or 0)
     except (_UsageError, ValueError, OSError, ModuleNotFoundError) as error:

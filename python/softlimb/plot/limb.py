@@ -113,9 +113,9 @@ def side_view(posture: Posture, ax: Axes, axis: int) -> Axes:
     limits = _limits(posture)
     ax.set_xlim(*limits[axis])
     ax.set_ylim(*(limits[2][::-1] if _hangs(posture) else limits[2]))
-    box, paper = ax.get_position(), 25.4 * ax.figure.get_size_inches()
-    spans = np.ptp(limits[shown], axis=1)
-    scale = float(np.min(np.array([box.width, box.height]) * paper / spans))
+    box = ax.get_window_extent()
+    on_paper = np.array([box.width, box.height]) / ax.figure.dpi * 25.4  # [mm]
+    scale = float(np.min(on_paper / np.ptp(limits[shown], axis=1)))
     # A tick label is 7.5 mm wide and 3 mm high on paper.
     ax.xaxis.set_major_locator(_ticks(8.5 / scale))
     ax.yaxis.set_major_locator(_ticks(7.0 / scale))
@@ -148,14 +148,13 @@ def _hangs(posture: Posture) -> bool:
 
 def _outer_radius(segment: Segment, i: int, fallback: float) -> float:
     actuators = getattr(segment, "actuators", None)
-    layers = getattr(actuators[i], "layers", None) if actuators else None
-    return float(layers[-1].outer_radius) if layers else fallback
+    return float(getattr(actuators[i], "outer_radius", fallback)) if actuators else fallback
 
 
 def _largest_pressure(posture: Posture) -> float:
     """End of the colours [kPa]: a round number above all pressures."""
     largest = float(np.max(np.abs(np.asarray(posture.pressures)))) / kPa
-    return max(10.0, 10.0 * np.ceil(largest / 10.0 - 1e-9))
+    return max(10.0, 10.0 * float(np.ceil(largest / 10.0 - 1e-9)))
 
 
 def _tubes(posture: Posture) -> Iterator[_Tube]:
@@ -278,7 +277,7 @@ class _Camera:
 
 
 def _draw_space(posture: Posture, ax: Any, loads: bool) -> None:
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped, unused-ignore]
 
     camera = _Camera.on(posture)
     light = -0.5 * camera.right + 0.6 * camera.up + 0.6 * camera.towards
@@ -418,7 +417,8 @@ def _free_corner(limits: Array, reach: Array, corners: Array, camera: _Camera) -
     inset = 0.05 * np.ptp(limits, axis=1)
     low, high = limits[:, 0] + inset, limits[:, 1] - inset
     body = camera.flat(corners[:: max(1, len(corners) // 2000)])
-    best, room = low, -1.0
+    best: Array = low
+    room = -1.0
     for x in (low[0], high[0]):
         for y in (low[1], high[1]):
             for share in (0.0, 0.5, 1.0):

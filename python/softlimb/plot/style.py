@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # Line and markers differ in shape and lightness, not in hue alone: they must survive a grey print.
-PREDICTED = {"color": "#1f4e79", "linewidth": 1.8}
-MEASURED = {"color": "#d1495b", "marker": "o", "markersize": 5.0, "markerfacecolor": "white", "linestyle": "none"}
+PREDICTED: dict[str, Any] = {"color": "#1f4e79", "linewidth": 1.8}
+MEASURED: dict[str, Any] = {
+    "color": "#d1495b",
+    "marker": "o",
+    "markersize": 5.0,
+    "markerfacecolor": "white",
+    "linestyle": "none",
+}
 LOAD_COLOUR = "#b3122a"
 GRAVITY_COLOUR = "#555555"
 PRESSURE_COLOURS = "YlOrBr"  # from pale to dark: the value can be read from a grey print as well

@@ -18,6 +18,14 @@ The document names what it uses more than once, and the segments refer to it::
         ] },
     ]
 
+    [tubes.distal]  # the short form, for `Tube.fibre_reinforced`
+    length_mm = 200
+    radii_mm = [9, 10.25, 10.75]
+    core = "dragon-skin-30"
+    skin = "dragon-skin-30"
+    thread_diameter_mm = 0.18
+    pitch_mm = 3
+
     [[segments]]
     actuators = ["proximal", "proximal", "proximal"]
     ring_radius_mm = 28
@@ -30,8 +38,9 @@ A material that the document does not define is looked up in `softlimb.materials
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +67,9 @@ if TYPE_CHECKING:
     from softlimb.limb import Limb, Plate, Rod, Segment
     from softlimb.materials import Law
     from softlimb.tube import Fibres, Layer, Tube
+
+
+Thing = TypeVar("Thing")
 
 
 class _Namer:
@@ -177,7 +189,7 @@ def _named_tables(top: Table, name: str) -> dict[str, tuple[Mapping[str, Any], s
     return {key: (content, f"{top.path(name)}.{key}") for key, content in tables.items()}
 
 
-def _checked(build: Callable[[], Any], table: Table) -> Any:
+def _checked(build: Callable[[], Thing], table: Table) -> Thing:
     """Build a thing; its own complaint gets the place in the file."""
     try:
         return build()
@@ -225,7 +237,7 @@ def _law_from_dict(content: Mapping[str, Any], where: str) -> Law:
     if "max_strain" in table:
         values["max_strain"] = table.number("max_strain")
     try:
-        return classes[name](**values)  # type: ignore[no-any-return]
+        return classes[name](**values)
     except TypeError:
         given = ", ".join(f"`{table.key(key)}`" for key in coefficients if key in table) or "none"
         raise table.error(f"law {name!r} takes the coefficients {', '.join(coefficients)}; given: {given}") from None
@@ -246,9 +258,11 @@ def _law_named(name: str, laws: Mapping[str, Law], table: Table) -> Law:
 
 def _fibres_to_dict(fibres: Fibres) -> dict[str, Any]:
     table = _entry("angle", fibres.angle, ANGLE)
-    if fibres.stiffness is not None:
+    # A family given by its stiffness leaves the silicone whole: that is how the two ways are told apart.
+    if fibres.modulus is None and fibres.fraction == 0.0:
         return table | _entry("stiffness", fibres.stiffness, PRESSURE, "GPa", "MPa", "Pa")
-    return table | _entry("modulus", fibres.modulus, PRESSURE, "GPa", "MPa", "Pa") | {"fraction": fibres.fraction}
+    modulus = _entry("modulus", fibres.modulus or 0.0, PRESSURE, "GPa", "MPa", "Pa")
+    return table | modulus | {"fraction": fibres.fraction}
 
 
 def _fibres_from_dict(content: Mapping[str, Any], where: str) -> Fibres:
@@ -263,12 +277,12 @@ def _fibres_from_dict(content: Mapping[str, Any], where: str) -> Fibres:
             raise table.error("a fibre family takes either `stiffness` or `modulus` and `fraction`, got both")
     else:
         options |= {"modulus": table.quantity("modulus"), "fraction": table.number("fraction")}
-    return _checked(lambda: Fibres(**options), table)  # type: ignore[no-any-return]
+    return _checked(lambda: Fibres(**options), table)
 
 
 def _layer_to_dict(layer: Layer, materials: _Namer) -> dict[str, Any]:
-    table: dict[str, Any] = _entry("inner_radius", layer.inner_radius, LENGTH)
-    table |= _entry("outer_radius", layer.outer_radius, LENGTH)
+    table: dict[str, Any] = _entry("inner_radius", layer.inner, LENGTH)
+    table |= _entry("outer_radius", layer.outer, LENGTH)
     table["material"] = materials.name_of(layer.law, lambda: _law_to_dict(layer.law))
     fibres = [_fibres_to_dict(family) for family in layer.fibres]
     return table | ({"fibres": fibres} if fibres else {})
@@ -282,29 +296,50 @@ def _layer_from_dict(content: Mapping[str, Any], where: str, laws: Mapping[str, 
     inner, outer = table.quantity("inner_radius"), table.quantity("outer_radius")
     law = _law_named(table.text("material"), laws, table)
     fibres = [_fibres_from_dict(*part) for part in table.mappings("fibres")]
-    return _checked(lambda: Layer(inner, outer, law, fibres=fibres), table)  # type: ignore[no-any-return]
+    return _checked(lambda: Layer(inner, outer, law, fibres=fibres), table)
 
 
 def _tube_to_dict(tube: Tube, materials: _Namer) -> dict[str, Any]:
     table: dict[str, Any] = _entry("length", tube.length, LENGTH)
-    if tube.mass is not None:
-        table |= _entry("mass", tube.mass, MASS)
+    if tube._given_mass is not None:  # without it the mass follows from the densities, in the file as well
+        table |= _entry("mass", tube._given_mass, MASS)
+    if tube.cap_length:
+        table |= _entry("cap_length", tube.cap_length, LENGTH)
     table |= {"tension_only": tube.tension_only, "ends": tube.ends}
     return table | {"layers": [_layer_to_dict(layer, materials) for layer in tube.layers]}
+
+
+_TUBE_QUANTITIES = {"length": LENGTH, "mass": MASS, "cap_length": LENGTH}
+_WOUND_QUANTITIES = {
+    "radii": LENGTH,
+    "thread_diameter": LENGTH,
+    "pitch": LENGTH,
+    "angle": ANGLE,
+    "modulus": PRESSURE,
+}
 
 
 def _tube_from_dict(content: Mapping[str, Any], where: str, laws: Mapping[str, Law]) -> Tube:
     from softlimb.tube import Tube
 
-    table = Table(
-        content, where, quantities={"length": LENGTH, "mass": MASS}, others=("tension_only", "ends", "layers")
-    )
-    layers = [_layer_from_dict(*part, laws) for part in table.mappings("layers")]
-    options: dict[str, Any] = {"length": table.quantity("length"), "layers": layers}
-    options["mass"] = table.quantity("mass") if "mass" in table else None
+    others = ("tension_only", "ends", "layers", "core", "skin", "thread")
+    table = Table(content, where, quantities=_TUBE_QUANTITIES | _WOUND_QUANTITIES, others=others)
+    options: dict[str, Any] = {name: table.quantity(name) for name in ("mass", "cap_length") if name in table}
     options["tension_only"] = table.boolean("tension_only", False)
     options["ends"] = table.text("ends", "free", choices=("free", "bonded"))
-    return _checked(lambda: Tube(**options), table)  # type: ignore[no-any-return]
+    wound = [table.key(name) for name in (*_WOUND_QUANTITIES, "core", "skin", "thread") if name in table]
+    if not wound:
+        layers = [_layer_from_dict(*part, laws) for part in table.mappings("layers")]
+        length = table.quantity("length")
+        return _checked(lambda: Tube(length, layers, **options), table)
+    if "layers" in table:
+        raise table.error(f"a tube is given by `layers` or by its winding (`{wound[0]}`): got both")
+    options |= {name: table.quantity(name) for name in ("thread_diameter", "pitch")}
+    options |= {name: table.quantity(name) for name in ("angle", "modulus") if name in table}
+    options |= {name: _law_named(table.text(name), laws, table) for name in ("core", "skin")}
+    options["thread"] = table.text("thread", "smeared", choices=("smeared", "layer"))
+    length, radii = table.quantity("length"), table.array("radii", (3,)).tolist()
+    return _checked(lambda: Tube.fibre_reinforced(length, radii=radii, **options), table)
 
 
 def _section_to_dict(section: Section) -> dict[str, Any]:
@@ -330,7 +365,7 @@ def _rod_from_dict(content: Mapping[str, Any], where: str) -> Rod:
     part = Table(table.mapping("section"), table.path("section"), quantities=_SECTION_QUANTITIES)
     values = {name: part.quantity(name, None if name in _STIFFNESSES else 0.0) for name in _SECTION_QUANTITIES}
     section = _checked(lambda: Section(**values), part)
-    return _checked(lambda: Rod(section, table.quantity("length")), table)  # type: ignore[no-any-return]
+    return _checked(lambda: Rod(section, table.quantity("length")), table)
 
 
 def pose_to_dict(pose: NDArray[np.float64]) -> dict[str, Any]:
@@ -368,15 +403,15 @@ def _plate_from_dict(content: Mapping[str, Any], where: str) -> Plate:
 
     table = Table(content, where, quantities={"thickness": LENGTH, "mass": MASS})
     values = {name: table.quantity(name) for name in ("thickness", "mass") if name in table}
-    return _checked(lambda: Plate(**values), table)  # type: ignore[no-any-return]
+    return _checked(lambda: Plate(**values), table)
 
 
 def _segment_to_dict(segment: Segment, materials: _Namer, tubes: _Namer, rods: _Namer) -> dict[str, Any]:
     table: dict[str, Any] = {}
     if segment.actuators:
-        table["actuators"] = [tubes.name_of(t, lambda t=t: _tube_to_dict(t, materials)) for t in segment.actuators]
+        table["actuators"] = [tubes.name_of(t, partial(_tube_to_dict, t, materials)) for t in segment.actuators]
     else:
-        table["rods"] = [rods.name_of(rod, lambda rod=rod: _rod_to_dict(rod)) for rod in segment.rods]
+        table["rods"] = [rods.name_of(rod, partial(_rod_to_dict, rod)) for rod in segment.rods]
     if segment.ring_radius is not None:
         table |= _entry("ring_radius", segment.ring_radius, LENGTH)
     else:
@@ -408,7 +443,7 @@ def _segment_from_dict(
             options[name] = np.array([pose_from_dict(*part) for part in table.mappings(name)]).reshape(-1, 4, 4)
     if "plate" in table:
         options["plate"] = _plate_from_dict(table.mapping("plate"), table.path("plate"))
-    return _checked(lambda: Segment(**options), table)  # type: ignore[no-any-return]
+    return _checked(lambda: Segment(**options), table)
 
 
 def _referred(table: Table, key: str, kind: str, known: Mapping[str, Any]) -> list[Any]:

@@ -235,7 +235,7 @@ def read_document(path: str | Path) -> dict[str, Any]:
     try:
         import tomllib
     except ModuleNotFoundError:  # Python 3.10
-        import tomli as tomllib  # type: ignore[no-redef, unused-ignore]
+        import tomli as tomllib  # type: ignore[no-redef, import-not-found, unused-ignore]
     path = Path(path)
     try:
         with path.open("rb") as file:
