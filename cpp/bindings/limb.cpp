@@ -1,6 +1,8 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
+#include <limits>
+
 #include "bindings.hpp"
 #include "softlimb/arguments.hpp"
 #include "softlimb/limb/posture.hpp"
@@ -149,12 +151,31 @@ std::shared_ptr<Posture> solve(const std::shared_ptr<Geometry>& geometry, limb::
     return posture;
 }
 
-py::tuple rod_arrays(const Posture& posture, int rod, int count) {
-    const auto points = limb::points_along(posture, rod, count);
-    Array poses({py::ssize_t{count}, py::ssize_t{4}, py::ssize_t{4}});
+/// A posture that could not even be asked for (a pressure without a section): the start, with the reason.
+std::shared_ptr<Posture> refused(const std::shared_ptr<Geometry>& geometry, limb::Scene scene, const std::string& status,
+                                 const std::string& message) {
+    auto posture = std::make_shared<Posture>();
+    posture->geometry = geometry;
+    posture->scene = std::move(scene);
+    limb::Solution& solution = posture->solution;
+    solution.shape = limb::start_from_plates(*geometry, posture->scene,
+                                             limb::constant_curvature_plates(*geometry, posture->scene));
+    solution.status = solve::status_named(status);
+    solution.message = message;
+    solution.conservative = posture->scene.conservative();
+    solution.residual = std::numeric_limits<double>::infinity();
+    solution.reactions.assign(geometry->plates(), Vector6::Zero());
+    return posture;
+}
+
+py::tuple rod_arrays(const Posture& posture, int rod, const std::vector<double>& fractions) {
+    if (rod < 0 || rod >= static_cast<int>(posture.scene.rods.size())) throw py::index_error("no such rod");
+    const auto points = limb::points_along(posture, rod, fractions);
+    const py::ssize_t count = static_cast<py::ssize_t>(points.size());
+    Array poses({count, py::ssize_t{4}, py::ssize_t{4}});
     std::array<Array, 4> vectors;
-    for (Array& a : vectors) a = Array({py::ssize_t{count}, py::ssize_t{3}});
-    for (int k = 0; k < count; ++k) {
+    for (Array& a : vectors) a = Array({count, py::ssize_t{3}});
+    for (py::ssize_t k = 0; k < count; ++k) {
         write_pose(points[k].pose, poses.mutable_data() + 16 * k);
         const std::array<const Vector3*, 4> source = {&points[k].force, &points[k].moment, &points[k].strain,
                                                       &points[k].curvature};
@@ -210,7 +231,7 @@ py::tuple posture_state(const Posture& p) {
     return py::make_tuple(geometry_state(*p.geometry), scene_state(p.scene), poses_array(s.shape.plates), rods,
                           static_cast<int>(s.status), s.message, s.plan, s.iterations, s.descent_iterations, s.residual,
                           s.error_estimate, s.conservative, s.stable, s.unstable_modes, vector_array(s.base_wrench),
-                          vectors_array(s.reactions), matrix_array(s.compliance));
+                          vectors_array(s.reactions));
 }
 
 std::shared_ptr<Posture> posture_of(const py::tuple& t) {
@@ -240,9 +261,6 @@ std::shared_ptr<Posture> posture_of(const py::tuple& t) {
     s.base_wrench = vector6_at(t[14].cast<Array>(), 0);
     const auto reactions = t[15].cast<Array>();
     for (py::ssize_t j = 0; j < reactions.shape(0); ++j) s.reactions.push_back(vector6_at(reactions, j));
-    const auto compliance = t[16].cast<Array>();
-    for (int r = 0; r < 6; ++r)
-        for (int c = 0; c < 6; ++c) s.compliance(r, c) = compliance.at(r, c);
     return p;
 }
 
@@ -274,6 +292,13 @@ void bind_limb(py::module_& m) {
              py::arg("held"), py::arg("hold_poses"), "Scene of one solve; arrays as in Limb.solve, all given.")
         .def("solve", &solve, py::arg("scene"), py::kw_only(), py::arg("tolerance"), py::arg("prefer_stable"),
              py::arg("start"), py::arg("start_plates"), "Equilibrium of the scene.")
+        .def("refused", &refused, py::arg("scene"), py::kw_only(), py::arg("status"), py::arg("message"),
+             "Posture of a scene that cannot be solved, with the reason.")
+        .def("start_plates",
+             [](const Geometry& g, const limb::Scene& scene) {
+                 return poses_array(limb::constant_curvature_plates(g, scene));
+             },
+             py::arg("scene"), "Plates under constant curvature, unloaded: where a solve without a start begins.")
         .def(py::pickle([](const Geometry& g) { return geometry_state(g); },
                         [](const py::tuple& t) {
                             return make_geometry(
@@ -295,7 +320,6 @@ void bind_limb(py::module_& m) {
         .def_property_readonly("plates", [](const Posture& p) { return poses_array(p.solution.shape.plates); })
         .def_property_readonly("base_wrench", [](const Posture& p) { return vector_array(p.solution.base_wrench); })
         .def_property_readonly("reactions", [](const Posture& p) { return vectors_array(p.solution.reactions); })
-        .def_property_readonly("compliance", [](const Posture& p) { return matrix_array(p.solution.compliance); })
         .def_property_readonly("scene", [](const Posture& p) { return p.scene; })
         .def_property_readonly("elements",
                                [](const Posture& p) {
@@ -303,8 +327,8 @@ void bind_limb(py::module_& m) {
                                    for (const auto& rod : p.solution.shape.rods) counts.push_back(rod.elements());
                                    return counts;
                                })
-        .def("rod", &rod_arrays, py::arg("rod"), py::arg("count"),
-             "Poses (n,4,4), forces, moments, strains, curvatures (n,3) along rod number `rod`.")
+        .def("rod", &rod_arrays, py::arg("rod"), py::arg("fractions"),
+             "Poses (n,4,4), forces, moments, strains, curvatures (n,3) of rod number `rod` at fractions of its length.")
         .def("rod_base_wrench",
              [](const Posture& p, int rod) { return vector_array(p.solution.shape.rods.at(rod).wrenches.front()); })
         .def("clearance",
@@ -312,19 +336,30 @@ void bind_limb(py::module_& m) {
                  const limb::Clearance c = limb::clearance(p, radii, points);
                  return py::make_tuple(c.gap, c.first, c.second, c.first_fraction, c.second_fraction);
              })
+        .def("largest_stretch",
+             [](const Posture& p) {
+                 std::vector<double> stretches;
+                 for (std::size_t i = 0; i < p.scene.rods.size(); ++i)
+                     stretches.push_back(limb::largest_stretch(p, static_cast<int>(i)));
+                 return stretches;
+             },
+             "Largest total stretch lz v3 of each rod.")
         .def("verify",
              [](const Posture& p) {
                  const limb::Verification v = limb::verify(p);
                  return py::make_tuple(v.position_error, v.rotation_error, v.force_error, v.moment_error, v.hold_error);
              })
         .def("tip_response",
-             [](const Posture& p, const std::vector<Section>& section_slopes, const std::vector<double>& length_slopes,
-                double tolerance) {
+             [](const Posture& p, const std::vector<Section>& section_slopes,
+                const std::vector<double>& length_slopes) {
                  std::vector<limb::RodSlope> slopes;
                  for (std::size_t i = 0; i < section_slopes.size(); ++i)
                      slopes.push_back({section_slopes[i], length_slopes.at(i)});
-                 return vectors_array(
-                     limb::tip_response(*p.geometry, p.scene, p.solution.shape, tolerance, slopes));
+                 return vectors_array(limb::tip_response(*p.geometry, p.scene, p.solution.shape, slopes));
+             })
+        .def("compliance",
+             [](const Posture& p) {
+                 return matrix_array(limb::tip_compliance(*p.geometry, p.scene, p.solution.shape));
              })
         .def(py::pickle([](const Posture& p) { return posture_state(p); }, &posture_of));
 }

@@ -314,6 +314,11 @@ Eigen::MatrixXd Equilibrium::dense_stiffness() const {
     return dense;
 }
 
+bool Equilibrium::linearise_at(const Shape& shape) {
+    resize(shape);
+    return linearise(shape);
+}
+
 void Equilibrium::respond(const std::vector<Vector6>& plate_wrenches, std::vector<Vector6>& moves) const {
     std::vector<Vector6> rhs(plate_wrenches.size());
     for (std::size_t j = 0; j < rhs.size(); ++j) rhs[j] = -(balance_.projector(static_cast<int>(j)) * plate_wrenches[j]);

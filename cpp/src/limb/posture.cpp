@@ -5,13 +5,13 @@
 
 namespace softlimb::limb {
 
-std::vector<RodPoint> points_along(const Posture& posture, int i, int count) {
+std::vector<RodPoint> points_along(const Posture& posture, int i, const std::vector<double>& fractions) {
     const RodShape& rod = posture.solution.shape.rods[i];
     const Section& section = posture.scene.rods[i].section;
     const rod::RodPiece piece{&section, posture.scene.rods[i].rest_length / rod.elements(), posture.scene.line_load(i)};
-    std::vector<RodPoint> points(count);
-    for (int k = 0; k < count; ++k) {
-        const double along = rod.elements() * (count > 1 ? static_cast<double>(k) / (count - 1) : 0.0);
+    std::vector<RodPoint> points(fractions.size());
+    for (std::size_t k = 0; k < fractions.size(); ++k) {
+        const double along = rod.elements() * fractions[k];
         const int e = std::min(static_cast<int>(along), rod.elements() - 1);
         const double fraction = along - e;
         rod::EndState state;
@@ -30,6 +30,13 @@ std::vector<RodPoint> points_along(const Posture& posture, int i, int count) {
             section.rest_twist + section.extension_twist * n.z() + m.z() / section.torsion;
     }
     return points;
+}
+
+double largest_stretch(const Posture& posture, int i) {
+    double largest = 0.0;
+    for (const RodPoint& point : points_along(posture, i, {0.0, 0.25, 0.5, 0.75, 1.0}))
+        largest = std::max(largest, point.strain.z());
+    return posture.scene.rods[i].section.stretch * largest;
 }
 
 namespace {
@@ -54,11 +61,13 @@ Approach closest(const Vector3& p0, const Vector3& p1, const Vector3& q0, const 
 
 Clearance clearance(const Posture& posture, const std::vector<double>& radii, int points) {
     const Geometry& geometry = *posture.geometry;
+    std::vector<double> fractions(points);
+    for (int k = 0; k < points; ++k) fractions[k] = static_cast<double>(k) / (points - 1);
     std::vector<std::vector<RodPoint>> curves;
     std::vector<int> segment_of;
     for (int j = 0; j < geometry.plates(); ++j)
         for (std::size_t k = 0; k < geometry.segments[j].rods.size(); ++k) {
-            curves.push_back(points_along(posture, static_cast<int>(curves.size()), points));
+            curves.push_back(points_along(posture, static_cast<int>(curves.size()), fractions));
             segment_of.push_back(j);
         }
     Clearance best;

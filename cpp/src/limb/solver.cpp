@@ -70,7 +70,7 @@ bool diverges(const Eigen::MatrixXd& stiffness) {
     return false;
 }
 
-void fill(const Geometry& geometry, const Scene& scene, const Equilibrium& equilibrium, const Attempt& attempt,
+void fill(const Scene& scene, const Equilibrium& equilibrium, const Attempt& attempt,
           Solution& solution) {
     solution.shape = attempt.shape;
     solution.status = attempt.report.status;
@@ -87,13 +87,6 @@ void fill(const Geometry& geometry, const Scene& scene, const Equilibrium& equil
     }
     solution.base_wrench = equilibrium.base_wrench(solution.shape);
     solution.reactions = equilibrium.reactions(solution.shape);
-    const int tip = geometry.plates() - 1;
-    std::vector<Vector6> wrenches(geometry.plates(), Vector6::Zero()), moves(geometry.plates());
-    for (int k = 0; k < 6; ++k) {
-        wrenches[tip] = Vector6::Unit(k);
-        equilibrium.respond(wrenches, moves);
-        solution.compliance.col(k) = moves[tip];
-    }
 }
 
 std::string count_of(int modes) {
@@ -109,7 +102,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     std::optional<Attempt> unstable;  // found on the way, in case nothing better turns up
 
     const auto accept = [&](const Attempt& attempt, std::string message) {
-        fill(geometry, scene, equilibrium, attempt, solution);
+        fill(scene, equilibrium, attempt, solution);
         solution.message = std::move(message);
         return solution;
     };
@@ -120,7 +113,10 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     Shape shape;
     if (start != nullptr) {
         shape = *start;
-        Attempt attempt = refine(geometry, scene, options, equilibrium, shape, solution.iterations);
+        // A start far from the answer is worth a few steps only: the descent does better from there.
+        SolveOptions brief = options;
+        if (options.prefer_stable) brief.max_iterations = std::min(options.max_iterations, 15);
+        Attempt attempt = refine(geometry, scene, brief, equilibrium, shape, solution.iterations);
         // A full Newton from a warm start may still run away to another posture: it must stay within reach.
         if (attempt.converged() && (!options.prefer_stable || distance(geometry, attempt.shape, shape) < 2.0)) {
             if (good_enough(attempt)) {
@@ -182,7 +178,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
             return accept(again, again.stable() ? "converged; not where the descent ended, another posture may exist"
                                                 : "converged to an unstable posture: no stable one was found");
     }
-    fill(geometry, scene, equilibrium, last, solution);
+    fill(scene, equilibrium, last, solution);
     switch (last.report.status) {
         case SolveStatus::singular_jacobian:
             solution.message = "not converged: the stiffness became singular (a fold or a mechanism)";
@@ -195,18 +191,26 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     return solution;
 }
 
-std::vector<Vector6> tip_response(const Geometry& geometry, const Scene& scene, const Shape& shape, double tolerance,
+Matrix6 tip_compliance(const Geometry& geometry, const Scene& scene, const Shape& shape) {
+    Equilibrium equilibrium(geometry, scene);
+    if (!equilibrium.linearise_at(shape)) throw std::runtime_error("the stiffness is singular here: no compliance");
+    std::vector<Vector6> wrenches(geometry.plates(), Vector6::Zero()), moves(geometry.plates());
+    Matrix6 compliance;
+    for (int k = 0; k < 6; ++k) {
+        wrenches.back() = Vector6::Unit(k);
+        equilibrium.respond(wrenches, moves);
+        compliance.col(k) = moves.back();
+    }
+    return compliance;
+}
+
+std::vector<Vector6> tip_response(const Geometry& geometry, const Scene& scene, const Shape& shape,
                                   const std::vector<RodSlope>& slopes) {
     Equilibrium equilibrium(geometry, scene);
-    Shape at = shape;
-    NewtonSettings settings;
-    settings.tolerance = tolerance;
-    std::vector<Vector6> responses;
-    if (equilibrium.solve(at, settings).status != SolveStatus::converged)
-        throw std::runtime_error("the posture is not an equilibrium: derivatives do not exist");
-    std::vector<Vector6> moves(geometry.plates());
+    if (!equilibrium.linearise_at(shape)) throw std::runtime_error("the stiffness is singular here: no derivatives");
+    std::vector<Vector6> responses, moves(geometry.plates());
     for (std::size_t i = 0; i < slopes.size(); ++i) {
-        equilibrium.respond_to_rod(at, static_cast<int>(i), slopes[i].section, slopes[i].rest_length, moves);
+        equilibrium.respond_to_rod(shape, static_cast<int>(i), slopes[i].section, slopes[i].rest_length, moves);
         responses.push_back(moves.back());
     }
     return responses;

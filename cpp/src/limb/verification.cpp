@@ -96,7 +96,7 @@ Verification verify(const Posture& posture) {
                 plate_force[j - 1] -= n0;
                 plate_moment[j - 1] -= m0 + arm.cross(n0);
             }
-            Vector3 n_end, m_end;
+            Vector3 n_end = n0, m_end = m0;
             for (int e = 0; e < rod.elements(); ++e) {
                 const State base{at.position, Eigen::Quaterniond(at.rotation), rod.wrenches[e].head<3>(),
                                  rod.wrenches[e].tail<3>()};

@@ -41,6 +41,9 @@ public:
     /// Newton from `shape` (plates, nodes, wrenches); the shape is left at the best point.
     NewtonReport solve(Shape& shape, const NewtonSettings& settings);
 
+    /// Linearises at a shape that is an equilibrium already, for the responses below. False where it is singular.
+    bool linearise_at(const Shape& shape);
+
     /// Condensed stiffness of the plates (free freedoms) at the last solution: rows of the balance, base axes, about each
     /// plate's origin. Valid after a converged solve.
     const Balance& balance() const { return balance_; }

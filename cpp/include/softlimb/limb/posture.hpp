@@ -18,8 +18,11 @@ struct RodPoint {
     Vector3 force, moment, strain, curvature;
 };
 
-/// Rod i at `count` points of equal spacing in rest length, both ends included.
-std::vector<RodPoint> points_along(const Posture& posture, int i, int count);
+/// Rod i at fractions 0..1 of its rest length.
+std::vector<RodPoint> points_along(const Posture& posture, int i, const std::vector<double>& fractions);
+
+/// Largest stretch lz v3 along rod i against its length at zero pressure: what a material law's range is judged by.
+double largest_stretch(const Posture& posture, int i);
 
 /// Smallest gap between two tubes [m] and where: rods and their fractions. Negative: they overlap. Tubes of one segment
 /// are compared everywhere; tubes of different segments only where both come closest away from their ends, because

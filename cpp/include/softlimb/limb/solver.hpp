@@ -33,18 +33,21 @@ struct Solution {
     std::optional<int> unstable_modes;  // none without a potential, or without a solution
     Vector6 base_wrench = Vector6::Zero();
     std::vector<Vector6> reactions;
-    Matrix6 compliance = Matrix6::Zero();  // tip (dp, dtheta) by tip wrench
 };
 
 /// Equilibrium of the scene. Never raises for a scene that has none: the status says so.
 Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions& options, const Shape* start);
 
-/// Response of the tip (6) to each rod's parameter: rates of section and rest length of rod i in `slopes`.
+/// Tip (dp, dtheta) by tip wrench, base axes, at an equilibrium. Raises std::runtime_error at a fold.
+Matrix6 tip_compliance(const Geometry& geometry, const Scene& scene, const Shape& shape);
+
+/// Rates of a rod's section (field by field) and rest length with its own parameter, for instance its pressure.
 struct RodSlope {
-    Section section;  // field by field derivative
+    Section section;
     double rest_length = 0.0;
 };
-std::vector<Vector6> tip_response(const Geometry& geometry, const Scene& scene, const Shape& shape, double tolerance,
+/// Response of the tip (dp, dtheta) to the parameter of each rod in turn. Raises std::runtime_error at a fold.
+std::vector<Vector6> tip_response(const Geometry& geometry, const Scene& scene, const Shape& shape,
                                   const std::vector<RodSlope>& slopes);
 
 }  // namespace softlimb::limb

@@ -1,5 +1,7 @@
 #pragma once
 // One outcome for every solver of the package.
+#include <stdexcept>
+#include <string>
 #include <string_view>
 
 namespace softlimb::solve {
@@ -23,6 +25,13 @@ constexpr std::string_view name_of(SolveStatus status) {
         case SolveStatus::limit_point: return "limit_point";
     }
     return "unknown";
+}
+
+/// The outcome of that name; raises std::invalid_argument for another.
+inline SolveStatus status_named(std::string_view name) {
+    for (int i = 0; i <= static_cast<int>(SolveStatus::limit_point); ++i)
+        if (name_of(static_cast<SolveStatus>(i)) == name) return static_cast<SolveStatus>(i);
+    throw std::invalid_argument("unknown status: " + std::string(name));
 }
 
 }  // namespace softlimb::solve

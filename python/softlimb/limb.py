@@ -1,0 +1,1112 @@
+"""Rods, segments and limbs: from pressures to the static posture, and what a posture can be asked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from softlimb import _core
+from softlimb._core import Section
+from softlimb.tube import SectionModel, Tube, Valve
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from softlimb.sweep import Batch
+
+__all__ = ["Limb", "Plate", "Posture", "Rod", "RodPosture", "Segment", "Verification"]
+
+Array = NDArray[np.float64]
+Frame = Literal["base", "plate"]
+
+_CURVE_POINTS = 101  # of the arrays along a rod; curves ask for as many as they want
+
+
+def _vector(name: str, value: ArrayLike, size: int = 3) -> Array:
+    return _array(name, value, (size,))
+
+
+def _array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} must be numbers of shape {shape}, got {value!r}") from None
+    if array.shape != shape:
+        raise ValueError(f"{name} has shape {array.shape}: expected {shape}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} must be finite, got {array.tolist()}")
+    return array
+
+
+def _frames(name: str, value: ArrayLike, count: int) -> Array:
+    frames = _array(name, value, (count, 4, 4))
+    for number, frame in enumerate(frames):
+        _require_pose(f"{name}[{number}]", frame)
+    frames.setflags(write=False)
+    return frames
+
+
+def _require_pose(name: str, pose: Array) -> None:
+    rotation = pose[:3, :3]
+    # Frames typed by hand or read from a file carry six digits or more.
+    orthogonal = np.allclose(rotation @ rotation.T, np.eye(3), rtol=0.0, atol=1e-5) and np.linalg.det(rotation) > 0.0
+    if not orthogonal:
+        raise ValueError(f"the upper left 3x3 block of {name} must be a rotation matrix, got {rotation.tolist()}")
+    if not np.array_equal(pose[3], [0.0, 0.0, 0.0, 1.0]):
+        raise ValueError(f"the last row of {name} must be (0, 0, 0, 1), got {pose[3].tolist()}")
+
+
+def _number(name: str, value: float, *, positive: bool) -> float:
+    number = float(value)
+    if not np.isfinite(number) or number < 0.0 or (positive and number == 0.0):
+        raise ValueError(f"{name} must be finite and {'positive' if positive else 'not negative'}, got {number!r}")
+    return number
+
+
+@dataclass(frozen=True)
+class Plate:
+    """The rigid plate at the end of a segment.
+
+    Parameters
+    ----------
+    thickness : float
+        The next segment's rods start this far along the plate's z axis [m].
+    mass : float
+        With its centre half a thickness along z [kg].
+
+    Raises
+    ------
+    ValueError
+        A value is negative or not finite.
+    """
+
+    thickness: float = 0.0
+    mass: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "thickness", _number("plate thickness", self.thickness, positive=False))
+        object.__setattr__(self, "mass", _number("plate mass", self.mass, positive=False))
+
+
+@dataclass(frozen=True)
+class Rod:
+    """A Cosserat rod: a section and a rest length.
+
+    Parameters
+    ----------
+    section : Section
+        Stiffness per rest length.
+    length : float
+        Rest length [m].
+    radius : float, optional
+        Outer radius [m], for clearance and pictures.
+
+    Raises
+    ------
+    ValueError
+        The length or the radius is not positive and finite.
+    """
+
+    section: Section
+    length: float
+    radius: float | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.section, Section):
+            raise TypeError(f"section must be a Section, got {type(self.section).__name__}")
+        object.__setattr__(self, "length", _number("rod length", self.length, positive=True))
+        if self.radius is not None:
+            object.__setattr__(self, "radius", _number("rod radius", self.radius, positive=True))
+
+    def cantilever(
+        self,
+        tip_force: ArrayLike = (0.0, 0.0, 0.0),
+        tip_moment: ArrayLike = (0.0, 0.0, 0.0),
+        *,
+        distributed_force: ArrayLike = (0.0, 0.0, 0.0),
+        distributed_moment: ArrayLike = (0.0, 0.0, 0.0),
+        gravity: ArrayLike = (0.0, 0.0, 0.0),
+        tolerance: float = 1e-6,
+        start: Posture | RodPosture | None = None,
+        prefer_stable: bool = True,
+    ) -> RodPosture:
+        """Shape of the rod clamped at the origin along +z, under dead loads.
+
+        Parameters
+        ----------
+        tip_force, tip_moment : array_like, shape (3,)
+            At the tip, base axes [N], [N m].
+        distributed_force, distributed_moment : array_like, shape (3,)
+            Per rest length, base axes [N/m], [N].
+        gravity : array_like, shape (3,)
+            [m/s^2]; acts on the section's mass per length.
+        tolerance : float
+            Tip error asked for, relative to the rod's length.
+        start : Posture or RodPosture, optional
+            An earlier answer to start from.
+        prefer_stable : bool
+            Leave an unstable equilibrium downhill.
+
+        Returns
+        -------
+        RodPosture
+
+        Raises
+        ------
+        ValueError
+            A load is not finite or has the wrong shape, or the tolerance is out of range.
+
+        Notes
+        -----
+        Zhang et al. eq. 4-6; MECHANICS, "Rod".
+        """
+        limb = Limb([Segment(rods=[self], base_frames=np.eye(4)[None], end_frames=np.eye(4)[None])])
+        posture = limb.solve(
+            tip_force=tip_force,
+            tip_moment=tip_moment,
+            rod_forces=_vector("distributed_force", distributed_force)[None],
+            rod_moments=_vector("distributed_moment", distributed_moment)[None],
+            gravity=gravity,
+            tolerance=tolerance,
+            start=start.posture if isinstance(start, RodPosture) else start,
+            prefer_stable=prefer_stable,
+        )
+        return posture.rods[0][0]
+
+
+class Segment:
+    """Actuators or rods in parallel, and the plate at their end.
+
+    Parameters
+    ----------
+    actuators : sequence of Tube, optional
+        Pressure-driven actuators. Either these or ``rods``.
+    rods : sequence of Rod, optional
+        Rods given directly.
+    ring_radius : float, optional
+        Places the n rods on a ring of this radius [m], at angles 2 pi i / n from x, all along z.
+    base_frames, end_frames : array_like, shape (n, 4, 4), optional
+        Any other placement: pose of each rod's base in the frame of the proximal plate's distal face, and of its end in
+        the plate's frame. Instead of ``ring_radius``.
+    plate : Plate
+        Default: no thickness, no mass.
+
+    Raises
+    ------
+    ValueError
+        Not exactly one of ``actuators`` and ``rods``, or of ring and frames; a frame is not a pose; no rods.
+    """
+
+    def __init__(
+        self,
+        actuators: Sequence[Tube] | None = None,
+        *,
+        rods: Sequence[Rod] | None = None,
+        ring_radius: float | None = None,
+        base_frames: ArrayLike | None = None,
+        end_frames: ArrayLike | None = None,
+        plate: Plate | None = None,
+    ) -> None:
+        if (actuators is None) == (rods is None):
+            raise ValueError("a segment takes either actuators or rods: give exactly one of the two")
+        members: tuple[Tube | Rod, ...] = tuple(actuators if actuators is not None else rods or ())
+        kind: type = Tube if actuators is not None else Rod
+        for member in members:
+            if not isinstance(member, kind):
+                raise TypeError(f"a segment's members must each be a {kind.__name__}, got {type(member).__name__}")
+        if not members:
+            raise ValueError("a segment needs at least one actuator or rod, got none")
+        self.members = members
+        self.plate = Plate() if plate is None else plate
+        self.ring_radius: float | None = None
+        if ring_radius is not None:
+            if base_frames is not None or end_frames is not None:
+                raise ValueError("a segment is placed either by ring_radius or by base_frames and end_frames, got both")
+            self.ring_radius = _number("ring_radius", ring_radius, positive=False)
+            self.base_frames = self.end_frames = _ring(len(members), self.ring_radius)
+        else:
+            if base_frames is None or end_frames is None:
+                raise ValueError("a segment needs ring_radius, or both base_frames and end_frames")
+            self.base_frames = _frames("base_frames", base_frames, len(members))
+            self.end_frames = _frames("end_frames", end_frames, len(members))
+
+    @property
+    def actuators(self) -> tuple[Tube, ...]:
+        """The tubes; empty for a segment of rods."""
+        return tuple(member for member in self.members if isinstance(member, Tube))
+
+    @property
+    def rods(self) -> tuple[Rod, ...]:
+        """The rods given directly; empty for a segment of actuators."""
+        return tuple(member for member in self.members if isinstance(member, Rod))
+
+    @property
+    def length(self) -> float:
+        """Mean unpressurised length of the members [m]."""
+        return float(np.mean([member.length for member in self.members]))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Segment):
+            return NotImplemented
+        return (
+            self.members == other.members
+            and self.plate == other.plate
+            and self.ring_radius == other.ring_radius
+            and np.array_equal(self.base_frames, other.base_frames)
+            and np.array_equal(self.end_frames, other.end_frames)
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.members, self.plate, self.ring_radius))
+
+    def __repr__(self) -> str:
+        kind = "actuators" if self.actuators else "rods"
+        place = "given frames" if self.ring_radius is None else f"ring_radius={self.ring_radius:.6g}"
+        return f"Segment({len(self.members)} {kind}, length={self.length:.6g}, {place}, {self.plate!r})"
+
+
+def _ring(count: int, radius: float) -> Array:
+    angles = 2.0 * np.pi * np.arange(count) / count
+    frames = np.tile(np.eye(4), (count, 1, 1))
+    frames[:, 0, 3], frames[:, 1, 3] = radius * np.cos(angles), radius * np.sin(angles)
+    frames.setflags(write=False)
+    return frames
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What an independent re-integration of every rod and re-balance of every plate found.
+
+    Parameters
+    ----------
+    position_error : float
+        Largest distance between where a rod ends and where its plate holds it, relative to the limb's length.
+    rotation_error : float
+        The same for rotations [rad].
+    force_error, moment_error : float
+        Largest imbalance of a plate or of a point inside a rod, relative to the largest internal force or moment.
+    hold_error : float
+        Largest departure of a held freedom from its hold (relative length, or rad).
+    tolerance : float
+        What the posture was asked for.
+    """
+
+    position_error: float
+    rotation_error: float
+    force_error: float
+    moment_error: float
+    hold_error: float
+    tolerance: float
+
+    @property
+    def largest_error(self) -> float:
+        """The largest of all errors; NaN if any is."""
+        errors = (self.position_error, self.rotation_error, self.force_error, self.moment_error, self.hold_error)
+        return float(np.max(errors))
+
+    @property
+    def success(self) -> bool:
+        """True when no error exceeds ten times the tolerance, which bounds the tip's error and not each residual."""
+        return bool(self.largest_error <= 10.0 * self.tolerance)
+
+
+class RodPosture:
+    """One rod of a posture: its curve and what acts inside it.
+
+    Arrays ``force``, ``moment`` (base axes [N], [N m]), ``strain`` and ``curvature`` (section axes; v [1] and u [1/m])
+    have shape (101, 3): equal steps of rest length from base to end, at the fractions ``fractions``. `along` gives them
+    at any other number of points.
+    """
+
+    def __init__(self, posture: Posture, segment: int, number: int, flat: int) -> None:
+        self.posture = posture
+        self.segment = segment
+        self.number = number
+        self._flat = flat
+
+    @property
+    def section(self) -> Section:
+        """Section at the rod's pressure."""
+        return self.posture._scene.sections[self._flat]
+
+    @property
+    def length(self) -> float:
+        """Rest length [m]."""
+        return self.posture._scene.rest_lengths[self._flat]
+
+    @property
+    def radius(self) -> float | None:
+        """Outer radius of the unpressurised actuator [m], or None when it is not known."""
+        return _radius(self.posture.limb.segments[self.segment].members[self.number])
+
+    @property
+    def success(self) -> bool:
+        """True when the posture is in equilibrium to its tolerance."""
+        return self.posture.success
+
+    @property
+    def status(self) -> str:
+        """Outcome of the solve."""
+        return self.posture.status
+
+    @property
+    def message(self) -> str:
+        """Outcome in words."""
+        return self.posture.message
+
+    @property
+    def iterations(self) -> int:
+        """Newton iterations of the solve."""
+        return self.posture.iterations
+
+    @property
+    def residual(self) -> float:
+        """Relative residual of the solve."""
+        return self.posture.residual
+
+    @property
+    def stable(self) -> bool:
+        """As for the posture."""
+        return self.posture.stable
+
+    @property
+    def unstable_modes(self) -> int | None:
+        """As for the posture."""
+        return self.posture.unstable_modes
+
+    @property
+    def tip(self) -> Array:
+        """Pose of the rod's end, shape (4, 4)."""
+        end: Array = self._curve[0][-1]
+        return end
+
+    @property
+    def base_wrench(self) -> Array:
+        """Internal force and moment at the base, base axes, shape (6,) [N, N m]."""
+        return self.posture._solved.rod_base_wrench(self._flat)
+
+    def along(self, n: int = _CURVE_POINTS) -> tuple[Array, Array, Array, Array, Array]:
+        """Poses (n, 4, 4), forces, moments, strains and curvatures (n, 3 each) at equal steps of rest length.
+
+        Raises
+        ------
+        ValueError
+            ``n`` is below 2.
+        """
+        return self.posture._solved.rod(self._flat, np.linspace(0.0, 1.0, _points(n)).tolist())
+
+    @cached_property
+    def _curve(self) -> tuple[Array, Array, Array, Array, Array]:
+        return self.along(_CURVE_POINTS)
+
+    def centreline(self, n: int = _CURVE_POINTS) -> Array:
+        """Points of the centreline at equal steps of rest length, shape (n, 3) [m]."""
+        points: Array = self.along(n)[0][:, :3, 3].copy()
+        return points
+
+    @property
+    def fractions(self) -> Array:
+        """Fractions of the rest length at which the arrays are given."""
+        return np.linspace(0.0, 1.0, _CURVE_POINTS)
+
+    @property
+    def force(self) -> Array:
+        """Internal force, base axes [N], shape (101, 3)."""
+        return self._curve[1]
+
+    @property
+    def moment(self) -> Array:
+        """Internal moment, base axes [N m], shape (101, 3)."""
+        return self._curve[2]
+
+    @property
+    def strain(self) -> Array:
+        """v: two shears and the stretch per rest length, section axes, shape (101, 3)."""
+        return self._curve[3]
+
+    @property
+    def curvature(self) -> Array:
+        """u: two curvatures and the twist per rest length, section axes [1/m], shape (101, 3)."""
+        return self._curve[4]
+
+    def verify(self) -> Verification:
+        """As `Posture.verify`."""
+        return self.posture.verify()
+
+    def __repr__(self) -> str:
+        place = np.array2string(self.tip[:3, 3], precision=5)
+        return f"RodPosture({self.status}, length={self.length:.6g}, tip={place})"
+
+
+def _points(n: int) -> int:
+    if int(n) != n or n < 2:
+        raise ValueError(f"a curve needs a whole number of points, at least 2, got {n!r}")
+    return int(n)
+
+
+def _radius(member: Tube | Rod) -> float | None:
+    return member.outer_radius if isinstance(member, Tube) else member.radius
+
+
+class Posture:
+    """A static posture: poses, internal wrenches, outcome, stability, and answers computed when asked for.
+
+    Where ``success`` is false the poses are the best point found and no equilibrium; ``message`` has the cause.
+
+    Parameters
+    ----------
+    limb : Limb
+    pressures : array, shape (A,), or None
+        Gauge pressures [Pa].
+    rest_lengths : array, shape (R,)
+        Of all rods [m].
+    loads : dict
+        ``gravity``, ``tip_force``, ``tip_moment``, ``plate_wrenches``, ``frame``, ``rod_forces``, ``rod_moments``.
+    tolerance : float
+        Tip error asked for, relative to ``limb.length``.
+    """
+
+    def __init__(
+        self,
+        limb: Limb,
+        solved: _core.Posture,
+        *,
+        pressures: Array | None,
+        rest_lengths: Array,
+        loads: dict[str, Any],
+        tolerance: float,
+        model: tuple[SectionModel, Valve],
+    ) -> None:
+        self.limb = limb
+        self.pressures = pressures
+        self.rest_lengths = rest_lengths
+        self.loads = loads
+        self.tolerance = tolerance
+        self._solved = solved
+        self._model = model
+
+    @property
+    def success(self) -> bool:
+        """True when the posture is in equilibrium to the tolerance asked for."""
+        return self._solved.status == "converged"
+
+    @property
+    def status(self) -> str:
+        """"converged", "max_iterations", "no_progress", "singular_jacobian", "not_finite" or "limit_point"."""
+        return self._solved.status
+
+    @property
+    def message(self) -> str:
+        """Outcome in words, with the warnings."""
+        return "; ".join([self._solved.message, *self.warnings])
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What to know before trusting the answer: a law or an axial curve left its range, tubes touch or lock."""
+        notes: list[str] = []
+        if not self.success:
+            return ()
+        stretches = self._solved.largest_stretch()
+        outside = [
+            (stretch, section.largest_stretch)
+            for stretch, section in zip(stretches, self._scene.sections, strict=True)
+            if 0.0 < section.largest_stretch < stretch
+        ]
+        if outside:
+            stretch, limit = max(outside, key=lambda pair: pair[0] / pair[1])
+            notes.append(
+                f"the law leaves its range in {len(outside)} rod{'s' if len(outside) > 1 else ''}: "
+                f"stretch {stretch:.4g}, fitted to {limit:.4g}"
+            )
+        if self.touching:
+            notes.append(f"tubes touch: the smallest gap is {1e3 * (self.clearance or 0.0):.3g} mm, contact is not modelled")
+        return tuple(notes)
+
+    @property
+    def plan(self) -> tuple[str, ...]:
+        """Which way the solve took and what it left out, in words."""
+        return tuple(self._solved.plan)
+
+    @property
+    def iterations(self) -> int:
+        """Newton iterations of the exact rods."""
+        return self._solved.iterations
+
+    @property
+    def descent_iterations(self) -> int:
+        """Iterations of the energy descent that came before."""
+        return self._solved.descent_iterations
+
+    @property
+    def residual(self) -> float:
+        """Largest mismatch of a rod and imbalance of a plate before the last step, relative."""
+        return self._solved.residual
+
+    @property
+    def error_estimate(self) -> float:
+        """Last correction, by an integration with half the step: relative to ``limb.length``."""
+        return self._solved.error_estimate
+
+    @property
+    def stable(self) -> bool:
+        """True for a stable equilibrium; without a potential (see `conservative`) it speaks of divergence only."""
+        return self._solved.stable
+
+    @property
+    def unstable_modes(self) -> int | None:
+        """Number of unstable modes, conjugate points of the rods included; None where no potential exists."""
+        return self._solved.unstable_modes
+
+    @property
+    def conservative(self) -> bool:
+        """True when all loads have a potential."""
+        return self._solved.conservative
+
+    @cached_property
+    def plates(self) -> Array:
+        """Pose of each plate in the base frame, shape (J, 4, 4)."""
+        return self._solved.plates
+
+    @property
+    def tip(self) -> Array:
+        """Pose of the last plate, shape (4, 4)."""
+        last: Array = self.plates[-1]
+        return last
+
+    @property
+    def base_wrench(self) -> Array:
+        """Force and moment that the ground exerts on the limb, about the base origin, shape (6,) [N, N m]."""
+        return self._solved.base_wrench
+
+    @property
+    def reactions(self) -> Array:
+        """Wrench that the holds exert on each plate, about its origin, base axes, shape (J, 6) [N, N m]."""
+        return self._solved.reactions
+
+    @property
+    def tip_reaction(self) -> Array:
+        """Wrench that the hold exerts on the tip, about its origin, base axes, shape (6,) [N, N m]."""
+        reaction: Array = self.reactions[-1]
+        return reaction
+
+    @cached_property
+    def rods(self) -> tuple[tuple[RodPosture, ...], ...]:
+        """``rods[j][i]`` is rod i of segment j."""
+        rods, flat = [], 0
+        for j, segment in enumerate(self.limb.segments):
+            row = []
+            for i in range(len(segment.members)):
+                row.append(RodPosture(self, j, i, flat))
+                flat += 1
+            rods.append(tuple(row))
+        return tuple(rods)
+
+    def centreline(self, n: int = _CURVE_POINTS) -> Array:
+        """The limb's centreline: the mean of a segment's rods at equal fractions, straight through the plates.
+
+        Parameters
+        ----------
+        n : int
+            Number of points, spread evenly over the rest lengths and the plates between segments.
+
+        Returns
+        -------
+        array of float, shape (n, 3)
+            From the mean of the first rods' bases to the mean of the last rods' ends [m].
+
+        Raises
+        ------
+        ValueError
+            ``n`` is below 2.
+        """
+        count = _points(n)
+        segments = self.limb.segments
+        bounds = [0.0]
+        for j, row in enumerate(self.rods):
+            bounds.append(bounds[-1] + float(np.mean([rod.length for rod in row])))
+            if j + 1 < len(segments):
+                bounds.append(bounds[-1] + segments[j].plate.thickness)
+        path = np.linspace(0.0, bounds[-1], count)
+        points = np.empty((count, 3))
+        for j, row in enumerate(self.rods):
+            start, end = bounds[2 * j], bounds[2 * j + 1]
+            inside = (path >= start) & (path <= end)
+            fractions = np.clip((path[inside] - start) / (end - start), 0.0, 1.0).tolist()
+            points[inside] = np.mean([self._solved.rod(rod._flat, fractions)[0][:, :3, 3] for rod in row], axis=0)
+            if j + 1 == len(segments):
+                break
+            through = (path > end) & (path < bounds[2 * j + 2])
+            if through.any():
+                first = np.mean([self._solved.rod(rod._flat, [1.0])[0][0, :3, 3] for rod in row], axis=0)
+                last = np.mean([self._solved.rod(rod._flat, [0.0])[0][0, :3, 3] for rod in self.rods[j + 1]], axis=0)
+                share = ((path[through] - end) / (bounds[2 * j + 2] - end))[:, None]
+                points[through] = (1.0 - share) * first + share * last
+        return points
+
+    @cached_property
+    def _nearest(self) -> tuple[float, int, int, float, float]:
+        radii = [_radius(member) or 0.0 for segment in self.limb.segments for member in segment.members]
+        return self._solved.clearance(radii, 33)  # pieces of a thirtieth: the gap's error is below 0.1 % of a rod
+
+    @property
+    def clearance(self) -> float | None:
+        """Smallest gap between two tubes along the limb [m]; negative where they overlap, None without two radii.
+
+        Unpressurised outer radii are used: fibres keep an FRA's radius to about a per cent.
+        """
+        gap, first, *_ = self._nearest
+        return None if first < 0 else gap
+
+    @property
+    def touching(self) -> bool:
+        """True when two tubes touch or overlap; contact is not part of the model, so the posture is then in doubt."""
+        return self.clearance is not None and self.clearance <= 0.0
+
+    @cached_property
+    def compliance(self) -> Array:
+        """Tip displacement and rotation by tip force and moment, base axes at the tip's origin, shape (6, 6).
+
+        Raises
+        ------
+        RuntimeError
+            The posture is no equilibrium, or stands at a fold.
+        """
+        self._require_success("a compliance")
+        return self._solved.compliance()
+
+    @cached_property
+    def jacobian(self) -> Array:
+        """Change of the tip (translation, rotation; base axes at its origin) by each pressure, shape (6, A) [1/Pa].
+
+        Raises
+        ------
+        RuntimeError
+            The posture is no equilibrium, stands at a fold, or was not given by pressures.
+        """
+        self._require_success("a Jacobian")
+        if self.pressures is None:
+            raise RuntimeError("a Jacobian to pressures needs a posture that was solved from pressures")
+        slopes, lengths, driven, actuator = [], [], [], 0
+        for flat, member in enumerate(self.limb._members):
+            if isinstance(member, Tube):
+                at = member.section_at(float(self.pressures[actuator]), *self._model)
+                slopes.append(at.d_section)
+                lengths.append(at.d_rest_length)
+                driven.append(flat)
+                actuator += 1
+            else:
+                slopes.append(member.section)  # not used: only driven columns are kept
+                lengths.append(0.0)
+        response: Array = self._solved.tip_response(slopes, lengths)[driven].T.copy()
+        return response
+
+    def _require_success(self, what: str) -> None:
+        if not self.success:
+            raise RuntimeError(f"{what} exists at an equilibrium only; this solve ended with {self.status!r}")
+
+    def verify(self) -> Verification:
+        """Check the posture by another formulation: quaternions and plain RK4, halved until the ends no longer move.
+
+        Returns
+        -------
+        Verification
+            ``success`` tells whether rods meet their plates and all forces balance.
+        """
+        return Verification(*self._solved.verify(), self.tolerance)
+
+    @property
+    def _scene(self) -> _core.Scene:
+        return self._solved.scene
+
+    def __repr__(self) -> str:
+        place = np.array2string(1e3 * self.tip[:3, 3], precision=3, suppress_small=True)
+        modes = "" if self.stable else ", unstable"
+        return f"Posture({self.status}{modes}, tip at {place} mm)"
+
+
+class Limb:
+    """Segments in series, from the base upwards.
+
+    Parameters
+    ----------
+    segments : sequence of Segment
+
+    Raises
+    ------
+    ValueError
+        There is no segment.
+    """
+
+    def __init__(self, segments: Sequence[Segment]) -> None:
+        self.segments = tuple(segments)
+        if not self.segments:
+            raise ValueError("a limb needs at least one segment, got none")
+        for segment in self.segments:
+            if not isinstance(segment, Segment):
+                raise TypeError(f"a limb is made of Segments, got {type(segment).__name__}")
+        self._members = tuple(member for segment in self.segments for member in segment.members)
+        self._tubes = tuple(member for member in self._members if isinstance(member, Tube))
+        self._counts = tuple(len(segment.actuators) for segment in self.segments)
+        self._geometry = _core.Geometry(
+            [(s.base_frames, s.end_frames, s.plate.thickness, s.plate.mass) for s in self.segments], self.length
+        )
+
+    @property
+    def length(self) -> float:
+        """Unpressurised rods plus the plates between them [m]: what relative errors refer to."""
+        return sum(s.length for s in self.segments) + sum(s.plate.thickness for s in self.segments[:-1])
+
+    @property
+    def mass(self) -> float:
+        """Actuators, rods and plates [kg], base plate excluded."""
+        rods = sum(m.mass if isinstance(m, Tube) else m.section.mass_per_length * m.length for m in self._members)
+        return float(rods) + sum(segment.plate.mass for segment in self.segments)
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> Limb:
+        """Read a limb from a TOML file; unknown keys, wrong types and missing units raise ValueError."""
+        from softlimb.scenes import read_limb
+
+        return read_limb(path)
+
+    def to_toml(self, path: str | Path) -> None:
+        """Write the limb as a TOML file that `from_toml` reads back unchanged."""
+        from softlimb.scenes import write_limb
+
+        write_limb(self, path)
+
+    def solve(
+        self,
+        pressures: ArrayLike | Sequence[ArrayLike] | None = None,
+        *,
+        rest_lengths: ArrayLike | Sequence[ArrayLike] | None = None,
+        gravity: ArrayLike = (0.0, 0.0, 0.0),
+        tip_force: ArrayLike = (0.0, 0.0, 0.0),
+        tip_moment: ArrayLike = (0.0, 0.0, 0.0),
+        plate_wrenches: ArrayLike | None = None,
+        frame: Frame = "base",
+        rod_forces: ArrayLike | Sequence[ArrayLike] | None = None,
+        rod_moments: ArrayLike | Sequence[ArrayLike] | None = None,
+        tip_pose: ArrayLike | None = None,
+        tip_held: Sequence[bool] | None = None,
+        plate_poses: ArrayLike | None = None,
+        plate_held: ArrayLike | None = None,
+        tolerance: float = 1e-6,
+        start: Posture | ArrayLike | None = None,
+        prefer_stable: bool = True,
+        section: SectionModel = "tangent",
+        valve: Valve = "open",
+    ) -> Posture:
+        """Find the static posture at given pressures or rest lengths.
+
+        Parameters
+        ----------
+        pressures : array_like, shape (A,) or (J, n), or a list of J arrays
+            Gauge pressure in each actuator [Pa], segment by segment. A limb of rods only needs none.
+        rest_lengths : array_like, shape (R,) or (J, n), or a list of J arrays, optional
+            Rest length of each rod [m] instead of pressures: a tube takes the pressure that gives it, a rod given
+            directly keeps its section.
+        gravity : array_like, shape (3,)
+            Acceleration in the base frame [m/s^2]; a hanging limb has (0, 0, 9.81), because it grows along +z.
+        tip_force, tip_moment : array_like, shape (3,)
+            On the last plate at its origin [N], [N m].
+        plate_wrenches : array_like, shape (J, 6), optional
+            Force and moment on each plate at its origin [N, N m]; added to the tip's.
+        frame : {"base", "plate"}
+            Axes of the wrenches: of the base (dead loads), or of the plate they act on, with which they turn.
+        rod_forces, rod_moments : array_like, shape (R, 3) or (J, n, 3), or a list of J arrays, optional
+            Distributed load per rest length, base axes [N/m], [N]; weight comes from ``gravity``.
+        tip_pose : array_like, shape (4, 4), optional
+            Where the tip is held.
+        tip_held : sequence of 6 bool, optional
+            Which freedoms are held: translations along, then rotations about base axes, measured from ``tip_pose``.
+            Default: all six when ``tip_pose`` is given. Without ``tip_pose`` the tip is held where the start has it: the
+            pose in ``start``, or else that of the unpressurised limb.
+        plate_poses, plate_held : array_like, shape (J, 4, 4) and (J, 6), optional
+            The same for every plate; excludes ``tip_pose`` and ``tip_held``.
+        tolerance : float
+            Tip error asked for, relative to ``limb.length``; 1e-12 to 0.1.
+        start : Posture or array_like of shape (J, 4, 4), optional
+            Where to start: an earlier posture of this limb, or plate poses. Default: constant curvature, and a descent
+            of the energy from there.
+        prefer_stable : bool
+            Leave an unstable equilibrium along its mode and descend to a stable one. False returns what is found first.
+        section : {"tangent", "nonlinear", "paper"}
+            What a tube hands to its rod, see `Tube.section`.
+        valve : {"open", "locked"}
+            Constant pressure or constant volume.
+
+        Returns
+        -------
+        Posture
+            An unconverged solve returns its best point with ``success`` false; it does not raise.
+
+        Raises
+        ------
+        ValueError
+            An argument has a wrong shape or is not finite, a pose is not rigid, the tolerance is out of range.
+
+        Notes
+        -----
+        Balance of the plates: Zhang et al. eq. 7-10 with the lever arms of MECHANICS, "Limb".
+        """
+        given, sections, lengths, refusal = self._rods_at(pressures, rest_lengths, section, valve)
+        plates, rods = len(self.segments), len(self._members)
+        loads: dict[str, Any] = {
+            "gravity": _vector("gravity", gravity),
+            "tip_force": _vector("tip_force", tip_force),
+            "tip_moment": _vector("tip_moment", tip_moment),
+            "plate_wrenches": np.zeros((plates, 6))
+            if plate_wrenches is None
+            else _array("plate_wrenches", plate_wrenches, (plates, 6)),
+            "frame": _choice("frame", frame, ("base", "plate")),
+            "rod_forces": self._per_rod("rod_forces", rod_forces),
+            "rod_moments": self._per_rod("rod_moments", rod_moments),
+        }
+        wrenches = loads["plate_wrenches"].copy()
+        wrenches[-1] += np.concatenate([loads["tip_force"], loads["tip_moment"]])
+        tolerance = float(tolerance)
+        if not 1e-12 <= tolerance <= 0.1:
+            raise ValueError(f"tolerance must be within 1e-12 and 0.1 of the limb's length, got {tolerance!r}")
+
+        def scene_with(held: NDArray[np.bool_], poses: Array) -> _core.Scene:
+            return self._geometry.scene(
+                sections=sections,
+                rest_lengths=lengths,
+                gravity=loads["gravity"],
+                wrenches=wrenches,
+                following=loads["frame"] == "plate",
+                line_forces=loads["rod_forces"].reshape(rods, 3),
+                line_moments=loads["rod_moments"].reshape(rods, 3),
+                held=held,
+                hold_poses=poses,
+            )
+
+        first, first_plates = self._start(start)
+        held, poses = self._holds(tip_pose, tip_held, plate_poses, plate_held, first, first_plates)
+        scene = scene_with(held, poses)
+        if refusal is None:
+            solved = self._geometry.solve(
+                scene, tolerance=tolerance, prefer_stable=bool(prefer_stable), start=first, start_plates=first_plates
+            )
+        else:
+            solved = self._geometry.refused(scene, status=refusal[0], message=refusal[1])
+        return Posture(
+            self, solved, pressures=given, rest_lengths=lengths, loads=loads, tolerance=tolerance, model=(section, valve)
+        )
+
+    def sweep(self, pressures: ArrayLike, *, progress: bool = True, **scene: Any) -> Batch:
+        """Solve one posture a row of pressures, shape (N, A) [Pa]; loads and options as for `solve`.
+
+        Returns
+        -------
+        Batch
+            Arrays with one row a posture, failures by row.
+        """
+        from softlimb.sweep import sweep
+
+        return sweep(self, pressures, progress=progress, **scene)
+
+    def _rods_at(
+        self,
+        pressures: ArrayLike | Sequence[ArrayLike] | None,
+        rest_lengths: ArrayLike | Sequence[ArrayLike] | None,
+        model: SectionModel,
+        valve: Valve,
+    ) -> tuple[Array | None, list[Section], Array, tuple[str, str] | None]:
+        """Pressures, sections and rest lengths of all rods, and the reason if a tube has no state there."""
+        _choice("section", model, ("tangent", "nonlinear", "paper"))
+        _choice("valve", valve, ("open", "locked"))
+        if pressures is not None and rest_lengths is not None:
+            raise ValueError("give either pressures or rest_lengths, got both")
+        lengths = np.array([member.length for member in self._members])
+        refusal: tuple[str, str] | None = None
+        if rest_lengths is not None:
+            counts = tuple(len(segment.members) for segment in self.segments)
+            lengths = _flat("rest_lengths", rest_lengths, counts, "rods")
+            if (lengths <= 0.0).any():
+                raise ValueError(f"rest_lengths must be positive, got {lengths.tolist()}")
+            if not self._tubes:
+                return None, [m.section for m in self._members if isinstance(m, Rod)], lengths, None
+            given = np.empty(len(self._tubes))
+            driven = [
+                (tube, length)
+                for tube, length in zip(self._members, lengths, strict=True)
+                if isinstance(tube, Tube)
+            ]
+            for number, (tube, length) in enumerate(driven):
+                given[number] = tube.pressure_for(length / tube.length)
+                if not np.isfinite(given[number]):
+                    refusal = ("limit_point", f"actuator {number} cannot reach a rest length of {length:.6g} m")
+                    given[number] = 0.0
+        elif pressures is not None:
+            if not self._tubes:
+                raise ValueError("pressures were given, but the limb has no actuators: its rods are given directly")
+            given = _flat("pressures", pressures, self._counts, "actuators")
+        elif self._tubes:
+            raise ValueError(f"the limb has {len(self._tubes)} actuators: give their pressures or rest_lengths")
+        else:
+            return None, [m.section for m in self._members if isinstance(m, Rod)], lengths, None
+
+        sections: list[Section] = []
+        actuator = 0
+        for flat, member in enumerate(self._members):
+            if isinstance(member, Rod):
+                sections.append(member.section)
+                continue
+            found = member._section(float(given[actuator]), model, valve, False)
+            if found["status"] != "converged":
+                state = member.inflate(float(given[actuator]))
+                refusal = (
+                    str(found["status"]),
+                    f"actuator {actuator} has no stable state at {given[actuator] / 1e3:.6g} kPa: {state.message}",
+                )
+                found = member._section(0.0, model, valve, False)
+            sections.append(found["section"])
+            if rest_lengths is None or refusal is not None:
+                lengths[flat] = found["rest_length"]
+            actuator += 1
+        return given, sections, lengths, refusal
+
+    def _per_rod(self, name: str, value: ArrayLike | Sequence[ArrayLike] | None) -> Array:
+        rods = len(self._members)
+        if value is None:
+            return np.zeros((rods, 3))
+        rows = _ragged(name, value)
+        if rows.size != 3 * rods or rows.shape[-1:] not in ((3,), (3 * rods,)):
+            raise ValueError(f"{name} must hold a force or moment (3 numbers) for each of {rods} rods, got {rows.size} numbers")
+        if not np.isfinite(rows).all():
+            raise ValueError(f"{name} must be finite, got {rows.tolist()}")
+        return rows.reshape(rods, 3)
+
+    def _start(self, start: Posture | ArrayLike | None) -> tuple[_core.Posture | None, Array | None]:
+        if start is None:
+            return None, None
+        if isinstance(start, RodPosture):
+            start = start.posture
+        if isinstance(start, Posture):
+            if len(start.limb._members) != len(self._members) or len(start.plates) != len(self.segments):
+                raise ValueError("start is the posture of another limb: numbers of rods or plates differ")
+            return start._solved, None
+        return None, _frames("start", start, len(self.segments))
+
+    def _holds(
+        self,
+        tip_pose: ArrayLike | None,
+        tip_held: Sequence[bool] | None,
+        plate_poses: ArrayLike | None,
+        plate_held: ArrayLike | None,
+        start: _core.Posture | None,
+        start_plates: Array | None,
+    ) -> tuple[NDArray[np.bool_], Array]:
+        plates = len(self.segments)
+        held = np.zeros((plates, 6), dtype=bool)
+        poses = np.tile(np.eye(4), (plates, 1, 1))
+        if tip_pose is None and tip_held is None and plate_poses is None and plate_held is None:
+            return held, poses
+        if (plate_poses is not None or plate_held is not None) and (tip_pose is not None or tip_held is not None):
+            raise ValueError("give either tip_pose and tip_held, or plate_poses and plate_held, got both")
+        poses = self._unheld_plates(start, start_plates)
+        if plate_poses is not None:
+            poses = _frames("plate_poses", plate_poses, plates).copy()
+            held[:] = True
+        if plate_held is not None:
+            held = np.array(plate_held, dtype=bool)
+            if held.shape != (plates, 6):
+                raise ValueError(f"plate_held has shape {held.shape}: expected ({plates}, 6)")
+        if tip_pose is not None:
+            pose = _array("tip_pose", tip_pose, (4, 4))
+            _require_pose("tip_pose", pose)
+            poses[-1], held[-1] = pose, True
+        if tip_held is not None:
+            freedoms = np.array(tip_held)
+            if freedoms.shape != (6,) or freedoms.dtype != np.bool_:
+                raise ValueError(f"tip_held must be 6 booleans (3 translations, 3 rotations), got {tip_held!r}")
+            held[-1] = freedoms
+        return held, poses
+
+    def _unheld_plates(self, start: _core.Posture | None, start_plates: Array | None) -> Array:
+        if start is not None:
+            return start.plates.copy()
+        if start_plates is not None:
+            return start_plates.copy()
+        # The unpressurised limb: where constant curvature puts it at its own lengths.
+        plates, rods = len(self.segments), len(self._members)
+        sections = [m.section(0.0) if isinstance(m, Tube) else m.section for m in self._members]
+        scene = self._geometry.scene(
+            sections=sections,
+            rest_lengths=np.array([member.length for member in self._members]),
+            gravity=np.zeros(3),
+            wrenches=np.zeros((plates, 6)),
+            following=False,
+            line_forces=np.zeros((rods, 3)),
+            line_moments=np.zeros((rods, 3)),
+            held=np.zeros((plates, 6), dtype=bool),
+            hold_poses=np.tile(np.eye(4), (plates, 1, 1)),
+        )
+        return self._geometry.start_plates(scene)
+
+    def __eq__(self, other: object) -> bool:
+        return self.segments == other.segments if isinstance(other, Limb) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self.segments)
+
+    def __reduce__(self) -> tuple[Callable[..., Limb], tuple[Any, ...]]:
+        return (Limb, (self.segments,))
+
+    def __iter__(self) -> Iterator[Segment]:
+        return iter(self.segments)
+
+    def __len__(self) -> int:
+        return len(self.segments)
+
+    def __repr__(self) -> str:
+        inside = ", ".join(repr(segment) for segment in self.segments)
+        return f"Limb({len(self.segments)} segments, length={self.length:.6g}: {inside})"
+
+
+def _choice(name: str, value: str, choices: tuple[str, ...]) -> str:
+    if value not in choices:
+        raise ValueError(f"{name} must be one of {', '.join(map(repr, choices))}, got {value!r}")
+    return value
+
+
+def _ragged(name: str, value: Any) -> Array:
+    """Flat or regular numbers as an array; a list of arrays of different lengths one after the other."""
+    try:
+        return np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        pass
+    try:
+        return np.concatenate([np.array(part, dtype=float) for part in value])
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} must be numbers: flat, (segments, n), or one array a segment; got {value!r}") from None
+
+
+def _flat(name: str, value: Any, counts: tuple[int, ...], what: str) -> Array:
+    total = sum(counts)
+    equal = len(set(counts)) == 1
+    array = _ragged(name, value)
+    shape = array.shape
+    nested = not isinstance(value, np.ndarray) and array.ndim == 1 and np.ndim(value[0]) == 1
+    if nested:
+        lengths = tuple(len(part) for part in value)
+        fits = lengths == counts
+        shape_text = f"{lengths} numbers a segment"
+    else:
+        fits = shape == (total,) or (equal and shape == (len(counts), counts[0]))
+        shape_text = f"shape {shape}"
+    if not fits:
+        have = f"{len(counts)} segments of {counts[0]} {what}" if equal else f"segments of {counts} {what}"
+        expected = f"({len(counts)}, {counts[0]})" if equal and array.ndim == 2 else f"({total},)"
+        raise ValueError(f"{name} has {shape_text} but the limb has {have}: expected {expected}")
+    flat = array.reshape(total)
+    if not np.isfinite(flat).all():
+        raise ValueError(f"{name} must be finite, got {flat.tolist()}")
+    return flat.copy()
