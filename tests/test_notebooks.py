@@ -11,7 +11,7 @@ from nbclient import NotebookClient
 
 FOLDER = Path(__file__).parents[1] / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
-# A cell that takes longer than a notebook may take in all (20 s on a quiet machine) is stuck; shared runners are slower.
+# A cell that takes longer than a notebook may take in all (20 s on a quiet machine) is stuck.
 LONGEST_CELL = 60
 
 
@@ -22,8 +22,7 @@ def test_a_notebook_is_stored_without_output(path: Path) -> None:
             assert not cell.outputs and cell.execution_count is None, f"cell {number} of {path.name} keeps its output"
 
 
-# nbclient, zmq and the kernel's start warn of their own affairs (event loop policies, debugger); ours stay errors, since
-# they are raised inside the kernel.
+# nbclient, zmq and the start of the kernel warn of their own affairs (event loop policies, debugger).
 @pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_runs_from_start_to_end(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
