@@ -22,6 +22,7 @@ namespace {
 
 using namespace materials;
 using Numbers = py::typing::Tuple<py::float_, py::ellipsis>;
+using State = py::typing::Tuple<py::object, py::ellipsis>;
 using Six = std::tuple<double, double, double, double, double, double>;
 using Four = std::tuple<double, double, double, double>;
 
@@ -84,12 +85,12 @@ py::dict parameters_of(const L& law) {
 }
 
 template <MaterialLaw L>
-py::tuple state_of(const L& law) {
+State state_of(const L& law) {
     return py::make_tuple(py::tuple(parameters_of(law).attr("values")()), law.density, law.max_strain);
 }
 
 template <MaterialLaw L>
-L law_of(const py::tuple& state) {
+L law_of(const State& state) {
     L law;
     const py::tuple values = state[0];
     std::size_t i = 0;
@@ -140,32 +141,32 @@ void define_constructor(py::class_<L>& type, std::index_sequence<I...>) {
              py::kw_only(), argument<L, I>()..., py::arg("density") = 1080.0, py::arg("max_strain") = 0.0);
 }
 
-double checked_stretch(double stretch) {
-    require_positive("stretch", stretch);
-    return stretch;
-}
-
-// Scalar in, float out; array in, array of its shape out.
+// Scalar in, scalar out; array in, array of its shape out. A Python number takes the first overload; numpy's scalars
+// take the second like arrays without axes.
 template <MaterialLaw L, class Function>
 void define_over_stretch(py::class_<L>& type, const char* name, const std::string& doc, Function function) {
     type.def(
         name,
-        [function](const L& law, const py::array_t<double, py::array::forcecast>& stretch) {
-            if (stretch.ndim() == 0) throw py::reference_cast_error();  // a scalar: the next overload takes it
-            const auto in = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(stretch);
-            py::array_t<double> out(std::vector<py::ssize_t>(in.shape(), in.shape() + in.ndim()));
-            const double* from = in.data();
+        [function](const L& law, double stretch) {
+            require_positive("stretch", stretch);
+            return function(law, stretch);
+        },
+        py::arg("stretch").noconvert(), doc.c_str());
+    type.def(
+        name,
+        [function](const L& law, const py::array_t<double, py::array::c_style | py::array::forcecast>& stretch) {
+            py::array_t<double> out(std::vector<py::ssize_t>(stretch.shape(), stretch.shape() + stretch.ndim()));
+            const double* from = stretch.data();
             double* to = out.mutable_data();
-            for (py::ssize_t i = 0; i < in.size(); ++i) {
+            for (py::ssize_t i = 0; i < stretch.size(); ++i) {
                 if (!(std::isfinite(from[i]) && from[i] > 0.0))
                     reject("stretch (item " + std::to_string(i) + " in flat order)", from[i], "finite and positive");
                 to[i] = function(law, from[i]);
             }
-            return out;
+            if (out.ndim() > 0) return out;
+            const py::object scalar = out[py::tuple()];
+            return py::reinterpret_borrow<py::array_t<double>>(scalar);  // a float64, as numpy's own functions return
         },
-        py::arg("stretch"), doc.c_str());
-    type.def(
-        name, [function](const L& law, double stretch) { return function(law, checked_stretch(stretch)); },
         py::arg("stretch"), doc.c_str());
 }
 
@@ -279,7 +280,9 @@ Raises
 ------
 ValueError
     `max_strain` is not positive, or not given and not known to the law.)")
-        .def("__eq__", [](const L& a, const L& b) { return a == b; }, py::is_operator())
+        .def("__eq__", [](const L& law, const py::object& other) {
+            return py::isinstance<L>(other) && law == other.cast<const L&>();
+        })
         .def("__hash__", [](const L& law) { return py::hash(py::make_tuple(L::name, state_of(law))); })
         .def("__repr__", &text_of<L>)
         .def(py::pickle(&state_of<L>, &law_of<L>));
@@ -317,7 +320,15 @@ void bind_drucker(py::module_& m) {
             "Test in which it is lost first: uniaxial, planar or equibiaxial; None if nowhere.")
         .def_property_readonly("message", &message_of, "The outcome in words.")
         .def("__bool__", [](const DruckerCheck& check) { return check.stable; })
-        .def("__repr__", [](const DruckerCheck& check) { return "DruckerCheck(" + message_of(check) + ")"; });
+        .def("__repr__", [](const DruckerCheck& check) { return "DruckerCheck(" + message_of(check) + ")"; })
+        .def(py::pickle(
+            [](const DruckerCheck& c) -> State {
+                return py::make_tuple(c.stable, c.max_strain, c.margin, static_cast<int>(c.test), c.strain);
+            },
+            [](const State& s) {
+                return DruckerCheck{s[0].cast<bool>(), s[1].cast<double>(), s[2].cast<double>(),
+                                    static_cast<Test>(s[3].cast<int>()), s[4].cast<double>()};
+            }));
 }
 
 }  // namespace

@@ -11,10 +11,13 @@ namespace softlimb::materials {
 /// Source: A. N. Gent, A new constitutive relation for rubber, Rubber Chemistry and Technology 69 (1996) 59-61.
 struct Gent {
     static constexpr std::string_view name = "gent", class_name = "Gent", shear_modulus_formula = "mu",
-                                      summary = "Gent's law: W = -(mu jm/2) log(1 - (I1 - 3)/jm); NaN at and past I1 - 3 = jm.";
+                                      summary = "Gent's law: W = -(mu jm/2) log(1 - (I1 - 3)/jm); "
+                                                "NaN at and past I1 - 3 = jm.";
     static constexpr auto parameters() {
-        return std::tuple{Parameter<Gent, double>{"mu", &Gent::mu, Bound::positive, "Initial shear modulus [Pa], positive."},
-                          Parameter<Gent, double>{"jm", &Gent::jm, Bound::positive, "Value of I1 - 3 that no state can reach, positive."}};
+        return std::tuple{Parameter<Gent, double>{"mu", &Gent::mu, Bound::positive,
+                                                  "Initial shear modulus [Pa], positive."},
+                          Parameter<Gent, double>{"jm", &Gent::jm, Bound::positive,
+                                                  "Value of I1 - 3 that no state can reach, positive."}};
     }
 
     double mu = 0.0;          // [Pa]
@@ -30,7 +33,8 @@ struct Gent {
         using std::log;
         const Scalar x = a + t - 3.0;
         if (!(value_of(x) < jm)) {
-            const Scalar nan(std::numeric_limits<double>::quiet_NaN());
+            // As a factor, so that the slopes of a Dual are NaN as well.
+            const Scalar nan = x * std::numeric_limits<double>::quiet_NaN();
             return {nan, nan, nan, nan, nan, nan};
         }
         const Scalar gain = 1.0 / (1.0 - x / jm);

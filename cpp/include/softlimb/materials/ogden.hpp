@@ -10,8 +10,8 @@ namespace softlimb::materials {
 struct Ogden {
     static constexpr std::string_view name = "ogden", class_name = "Ogden",
                                       shear_modulus_formula = "sum(mu alpha)/2",
-                                      summary =
-                                          "Ogden's law: W = sum mu_p/alpha_p (l1^alpha_p + l2^alpha_p + l3^alpha_p - 3).";
+                                      summary = "Ogden's law: W = sum mu_p/alpha_p (l1^alpha_p + l2^alpha_p + "
+                                                "l3^alpha_p - 3).";
     static constexpr auto parameters() {
         return std::tuple{Parameter<Ogden, Terms>{"mu", &Ogden::mu, Bound::finite, "Coefficients, one to four [Pa]."},
                           Parameter<Ogden, Terms>{"alpha", &Ogden::alpha, Bound::not_zero,

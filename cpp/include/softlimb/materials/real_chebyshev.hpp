@@ -52,7 +52,7 @@ RealChebyshev<Scalar> real_chebyshev(double q, const Scalar& c) {
         return {value, first, second};
     }
     if (!(value_of(c) > 1.0)) {
-        const Scalar nan(std::numeric_limits<double>::quiet_NaN());
+        const Scalar nan = c * std::numeric_limits<double>::quiet_NaN();  // a factor: NaN slopes of a Dual as well
         return {nan, nan, nan};
     }
     const Scalar root_squared = c * c - 1.0, root = sqrt(root_squared);

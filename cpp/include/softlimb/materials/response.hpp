@@ -25,7 +25,8 @@ inline Path path_of(Test test, double l) {
     const double inverse = 1.0 / l, inverse2 = inverse * inverse;
     switch (test) {
         case Test::planar:  // stretches l, 1, 1/l; the held direction is the known one
-            return {1.0, 0.0, 0.0, l * l + inverse2, 2.0 * (l - inverse * inverse2), 2.0 + 6.0 * inverse2 * inverse2, 1.0};
+            return {1.0, 0.0, 0.0, l * l + inverse2, 2.0 * (l - inverse * inverse2), 2.0 + 6.0 * inverse2 * inverse2,
+                    1.0};
         case Test::equibiaxial: {  // l, l, 1/l^2; through the thickness is the known direction
             const double inverse4 = inverse2 * inverse2;
             return {inverse4, -4.0 * inverse4 * inverse, 20.0 * inverse4 * inverse2, 2.0 * l * l, 4.0 * l, 4.0, 0.5};
