@@ -61,7 +61,7 @@ def reference_limb(segments: Sequence[str] = REFERENCE_SEGMENTS) -> Limb:
             raise ValueError(f"the reference limb has no segment {name!r}; it has {', '.join(REFERENCE_SEGMENTS)}")
         inner, middle, outer, angle, fraction, ring_radius, mass = _GEOMETRY[name]
         # The skin holds the fibres: SmoothSil 950 for the proximal segment, the core's own silicone elsewhere.
-        skin = materials.SMOOTH_SIL_950 if name == "proximal" else materials.DRAGON_SKIN_30
+        skin = materials.SMOOTHSIL_950 if name == "proximal" else materials.DRAGON_SKIN_30
         fibres = Fibres.pair(angle=angle, modulus=_KEVLAR_MODULUS, fraction=fraction)
         layers = [Layer(inner, middle, materials.DRAGON_SKIN_30), Layer(middle, outer, skin, fibres=fibres)]
         tube = Tube(length=_LENGTH, layers=layers, mass=mass)
