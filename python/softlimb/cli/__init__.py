@@ -12,9 +12,9 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from softlimb.cli import compare, posture, sweep
+from softlimb.cli import compare, fit, posture, sweep
 
-SUBCOMMANDS = (posture, sweep, compare)
+SUBCOMMANDS = (posture, sweep, compare, fit)
 
 
 class _UsageError(Exception):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
 from softlimb.materials import FIT_LAWS, Fit, fit_csv
@@ -11,7 +10,7 @@ from softlimb.units import MPa, kPa
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the command to the parser of `softlimb`; its `run` is left in the arguments."""
+    """Add the command to the parser of `softlimb`."""
     parser = subparsers.add_parser(
         "fit",
         help="fit a material law to a tensile test",
@@ -27,25 +26,16 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "--output", type=Path, metavar="PICTURE", help="write a picture of data and law (png, pdf, svg)"
     )
-    parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Fit, print, draw. Returns 0 when the fit converged to a legal law, 1 otherwise; 2 for a mistake in the input."""
-    try:
-        fit = fit_csv(arguments.csv, arguments.law, max_strain=arguments.max_strain)
-    except (OSError, ValueError) as error:
-        print(f"softlimb fit: {error}", file=sys.stderr)
-        return 2
+    """Fit, print, draw. Returns 0 when the fit converged to a legal law, 1 otherwise; mistakes in the input raise."""
+    fit = fit_csv(arguments.csv, arguments.law, max_strain=arguments.max_strain)
     print(report(fit))
     if arguments.output is not None and fit.success:
         from softlimb.plot.material import draw_fit
 
-        try:
-            draw_fit(fit).savefig(arguments.output, dpi=150)
-        except (OSError, ValueError) as error:
-            print(f"softlimb fit: {arguments.output}: {error}", file=sys.stderr)
-            return 2
+        draw_fit(fit).savefig(arguments.output, dpi=150)
         print(f"picture: {arguments.output}")
     return 0 if fit.success else 1
 
