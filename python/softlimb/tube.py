@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softlimb import _core
 from softlimb._core import Fibres, Layer, Section
+
+if TYPE_CHECKING:
+    from softlimb.limb import Rod
 
 __all__ = ["FibreState", "Fibres", "Layer", "SectionAtPressure", "Tube", "TubeState", "WallStress"]
 
@@ -606,6 +609,13 @@ class Tube(_core.Tube):
     def rest_length(self, pressure: float) -> float:
         """Length at a pressure without force and torque [m]; errors as for `section`."""
         return self.section_at(pressure).rest_length
+
+    def rod(self, pressure: float, model: SectionModel = "tangent", valve: Valve = "open") -> Rod:
+        """The rod that stands for the tube at a pressure: its section at its rest length; arguments as for `section`."""
+        from softlimb.limb import Rod
+
+        at = self.section_at(pressure, model, valve)
+        return Rod(at.section, at.rest_length, radius=self.outer_radius)
 
     def __reduce__(self) -> tuple[Any, ...]:
         given = (self.length, self.layers, self.tension_only, self.ends, self._given_mass, self.cap_length)
