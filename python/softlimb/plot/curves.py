@@ -84,8 +84,7 @@ def positions(result: PositionComparison) -> Figure:
         hangs = bool(result.posture.loads["gravity"][2] > 0.0)
     joined = isinstance(measured, Centreline)
     everything = np.concatenate([points, line[np.isfinite(line).all(axis=1)]]) / mm
-    figure = style.new_figure(150.0, 95.0)
-    views = figure.subplots(1, 2, sharey=True)
+    figure, views = _two_views(everything)
     for axis, ax in enumerate(views):
         shown = [axis, 2]
         if joined:
@@ -128,11 +127,10 @@ def sweep(batch: Batch, axes: Sequence[Axis] = ()) -> Figure:
     """
     if len(axes) == 1 and len(batch) == len(axes[0].values):
         return _over_axis(batch, axes[0])
-    figure = style.new_figure(150.0, 95.0)
     tips = batch.tip[:, :3, 3] / mm
-    views = figure.subplots(1, 2, sharey=True)
-    hangs = bool(np.asarray(batch.scene.get("gravity", (0.0, 0.0, 0.0)))[2] > 0.0)
     good = tips[np.isfinite(tips).all(axis=1)]
+    figure, views = _two_views(good)
+    hangs = bool(np.asarray(batch.scene.get("gravity", (0.0, 0.0, 0.0)))[2] > 0.0)
     for axis, ax in enumerate(views):
         drawn = ax.scatter(
             tips[:, axis], tips[:, 2], c=batch.bending / deg, cmap="cividis_r", s=14.0, edgecolors="0.2", linewidths=0.3
@@ -171,13 +169,24 @@ def _tip(colour: str) -> dict[str, Any]:
     return {"marker": "D", "markersize": 4.5, "color": colour, "linestyle": "none"}
 
 
+def _spans(everything: Array) -> tuple[float, float]:
+    """Width and height of a view that holds all points in both views [mm]."""
+    width, height = float(np.ptp(everything[:, :2], axis=0).max()), float(np.ptp(everything[:, 2]))
+    least = 0.3 * max(width, height, 10.0)
+    return 1.1 * max(width, least), 1.1 * max(height, least)
+
+
+def _two_views(everything: Array) -> tuple[Figure, Any]:
+    """A figure as high as its two views need: each is 62 mm wide, labels and legend take 32 mm."""
+    width, height = _spans(everything)
+    figure = style.new_figure(150.0, float(np.clip(62.0 * height / width, 30.0, 110.0)) + 32.0)
+    return figure, figure.subplots(1, 2, sharey=True)
+
+
 def _equal(ax: Axes, points: Array, everything: Array, hangs: bool) -> None:
     """Equal scales in both directions, the same window size in both views, z pointing down for a hanging limb."""
-    span = 1.1 * max(float(np.ptp(everything, axis=0).max()), 10.0)
-    low, high = points.min(axis=0), points.max(axis=0)
-    middle = 0.5 * (low + high)
-    height = 1.1 * max(float(np.ptp(everything[:, 2])), 0.3 * span)
-    width = 1.1 * max(float(np.ptp(everything[:, :2], axis=0).max()), 0.3 * span)
+    width, height = _spans(everything)
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     ax.set_xlim(middle[0] - 0.5 * width, middle[0] + 0.5 * width)
     limits = (middle[1] - 0.5 * height, middle[1] + 0.5 * height)
     ax.set_ylim(*(limits[::-1] if hangs else limits))

@@ -25,7 +25,7 @@ _WIDTH, _HEIGHT = 180.0, 110.0  # of the figure: a text column and a half of mos
 _AROUND = 20  # faces around a tube
 _ALONG = 28  # rings along a tube
 _PLATE_COLOUR = (0.66, 0.69, 0.72)
-_FILL = 0.8  # how much of the axes the limb fills; ticks and labels need the rest
+_FILL = 0.78  # how much of the axes the limb fills; ticks and labels need the rest
 _ELEVATION, _AZIMUTH = 14.0, -62.0  # of the viewer [deg]
 
 
@@ -55,7 +55,7 @@ def limb(posture: Posture, ax: Axes | None = None, *, loads: bool = True) -> Fig
         _draw_space(posture, ax, loads)
         return ax
     figure = style.new_figure(_WIDTH, _HEIGHT, constrained=False)
-    _draw_space(posture, figure.add_axes((0.0, 0.0, 0.55, 1.0), projection="3d"), loads)
+    _draw_space(posture, figure.add_axes((0.015, 0.0, 0.55, 1.0), projection="3d"), loads)
     front, side = (figure.add_axes(place) for place in _side_places(_limits(posture)))
     side_view(posture, front, 0)
     side_view(posture, side, 1)
@@ -319,6 +319,9 @@ def _draw_space(posture: Posture, ax: Any, loads: bool) -> None:
         line.set_major_locator(_ticks(float(span.max()) / 9.0))
         line._axinfo["grid"].update(color="0.88", linewidth=0.5)
     ax.tick_params(labelsize=style.FONT_SIZE - 2.0, pad=0.0)
+    # Turned by half a turn the numbers of z stand on the other side of their axis, away from the limb.
+    ax.zaxis.labelpad = -1.0 if camera.roll else 8.0
+    ax.tick_params(axis="z", pad=0.0 if camera.roll else 3.0)
 
 
 def _disc_faces(disc: _Disc) -> Iterator[Array]:
