@@ -71,6 +71,7 @@ rods = st.builds(
         rest_twist=st.floats(-3.0, 3.0),
     ),
     st.floats(0.05, 0.5),
+    st.none() | st.floats(1e-3, 0.05),
 )
 
 
@@ -164,6 +165,7 @@ def full_scene() -> Scene:
         tip_moment=rng.normal(size=3),
         plate_wrenches=rng.normal(size=(3, 6)),
         rod_forces=tuple(rng.normal(size=(3, 3)) for _ in range(3)),
+        rod_moments=tuple(rng.normal(size=(3, 3)) for _ in range(3)),
         tip_pose=pose,
         tip_held=(True, False, True, False, False, True),
         frame="plate",
@@ -182,7 +184,16 @@ def test_a_scene_comes_back_from_its_file_bit_for_bit(tmp_path: Path) -> None:
     scene.to_toml(tmp_path / "scene.toml")
     again = Scene.from_toml(tmp_path / "scene.toml")
     assert again.limb == scene.limb
-    for name in ("pressures", "gravity", "tip_force", "tip_moment", "plate_wrenches", "tip_pose", "rod_forces"):
+    for name in (
+        "pressures",
+        "gravity",
+        "tip_force",
+        "tip_moment",
+        "plate_wrenches",
+        "tip_pose",
+        "rod_forces",
+        "rod_moments",
+    ):
         assert np.array_equal(getattr(again, name), getattr(scene, name)), name
     for name in ("tip_held", "frame", "tolerance", "section", "valve", "prefer_stable", "sweep_axes", "title"):
         assert getattr(again, name) == getattr(scene, name), name

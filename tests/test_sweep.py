@@ -19,7 +19,7 @@ class Pillar:
     """A limb made of one straight actuator that grows by 1 mm a kPa: everything is known beforehand."""
 
     length = 0.2
-    segments = (types.SimpleNamespace(base_frames=np.eye(4)[None]),)
+    segments = (types.SimpleNamespace(actuators=(None,)),)
 
     def solve(self, pressures, **scene):
         if scene.get("gravity") == "up":

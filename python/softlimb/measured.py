@@ -306,8 +306,8 @@ def compare_centreline(
     reference_length : float, optional
         What the per cent are of [m]; default `limb.length`.
     """
-    # 200 points a segment: the chord of a 1 mm step on a 100 mm radius misses the arc by 1 micrometre.
-    nearest = nearest_on_polyline(measured.points, posture.centreline(200))
+    # A thousandth of the limb's length a step: the chord misses an arc of half that length's radius by 3e-7 of it.
+    nearest = nearest_on_polyline(measured.points, posture.centreline(1001))
     tip = np.asarray(posture.tip)[:3, 3]
     return PositionComparison(
         measured=measured,

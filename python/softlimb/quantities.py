@@ -63,11 +63,11 @@ MASS = Dimension("mass", {"g": units.g, "kg": units.kg})
 ACCELERATION = Dimension("acceleration", {"m_s2": 1.0})
 DENSITY = Dimension("density", {"kg_m3": 1.0, "g_cm3": 1e3})
 FORCE_PER_LENGTH = Dimension("force per length", {"N_m": 1.0, "N_mm": 1e3, "mN_m": 1e-3})
+MOMENT_PER_LENGTH = Dimension("moment per length", {"Nm_m": 1.0, "mNm_m": 1e-3})
 MASS_PER_LENGTH = Dimension("mass per length", {"kg_m": 1.0, "g_m": 1e-3})
 BENDING_STIFFNESS = Dimension("bending stiffness", {"Nm2": 1.0, "Nmm2": 1e-6})
 TWIST_PER_LENGTH = Dimension("twist per length", {"rad_m": 1.0, "deg_m": units.deg})
 COUPLING = Dimension("coupling compliance", {"per_Nm": 1.0})
-COMPLIANCE = Dimension("compliance", {"per_N": 1.0})
 
 DIMENSIONS = (
     LENGTH,
@@ -79,11 +79,11 @@ DIMENSIONS = (
     ACCELERATION,
     DENSITY,
     FORCE_PER_LENGTH,
+    MOMENT_PER_LENGTH,
     MASS_PER_LENGTH,
     BENDING_STIFFNESS,
     TWIST_PER_LENGTH,
     COUPLING,
-    COMPLIANCE,
 )
 
 

@@ -318,7 +318,7 @@ def scene_text(limb: Limb, options: Mapping[str, Any]) -> str:
 
 
 def _actuator_names(limb: Limb) -> list[str]:
-    return [f"{j}_{i}" for j, s in enumerate(limb.segments, 1) for i in range(1, len(s.base_frames) + 1)]
+    return [f"{j}_{i}" for j, s in enumerate(limb.segments, 1) for i in range(1, len(s.actuators) + 1)]
 
 
 def _cell(entry: Any) -> Any:

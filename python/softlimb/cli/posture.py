@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 Array: TypeAlias = NDArray[np.float64]
 
+_CENTRELINE_POINTS = 131  # every 5 mm of the reference limb at rest
+
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Arguments of the subcommand."""
@@ -48,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
         columns = plate_columns(posture, scene.counts)
         _write(arguments.table, list(columns), list(zip(*columns.values(), strict=True)))
     if arguments.centreline is not None:
-        points = posture.centreline(50) / mm
+        points = posture.centreline(_CENTRELINE_POINTS) / mm
         _write(arguments.centreline, ["x_mm", "y_mm", "z_mm"], [[f"{x:.6f}" for x in point] for point in points])
     if arguments.output is not None:
         from softlimb import plot
@@ -82,7 +84,7 @@ def plate_columns(posture: Posture, counts: tuple[int, ...]) -> dict[str, list[s
     if posture.pressures is not None:
         per_actuator = {"pressure_{}_kPa": _pressures(posture, counts)} | per_actuator
     for name, parts in per_actuator.items():
-        for i in range(max(counts)):
+        for i in range(max(len(rods) for rods in posture.rods)):
             columns[name.format(i + 1)] = [f"{part[i]:.12g}" if i < len(part) else "" for part in parts]
     for i, axis in enumerate("xyz"):
         columns[f"{axis}_mm"] = [f"{x:.12g}" for x in plates[:, i, 3] / mm]

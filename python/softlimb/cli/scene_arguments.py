@@ -74,8 +74,8 @@ def loads_line(scene: Scene) -> str:
     for j, wrench in enumerate([] if scene.plate_wrenches is None else scene.plate_wrenches, start=1):
         if np.any(wrench):
             parts.append(f"plate {j}: force {vector(wrench[:3], 6)} N, moment {vector(wrench[3:], 6)} N m")
-    if scene.rod_forces is not None:
-        parts.append("forces along rods")
+    if scene.rod_forces is not None or scene.rod_moments is not None:
+        parts.append("loads along rods")
     if scene.tip_pose is not None:
         parts.append("tip held")
     return "loads: " + ("; ".join(parts) if parts else "none")

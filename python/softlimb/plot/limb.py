@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from softlimb.limb import Posture, Segment
+    from softlimb.limb import Posture
 
 Array: TypeAlias = NDArray[np.float64]
 Colour: TypeAlias = tuple[float, ...]
@@ -146,11 +146,6 @@ def _hangs(posture: Posture) -> bool:
     return bool(posture.loads["gravity"][2] > 0.0)
 
 
-def _outer_radius(segment: Segment, i: int, fallback: float) -> float:
-    actuators = getattr(segment, "actuators", None)
-    return float(getattr(actuators[i], "outer_radius", fallback)) if actuators else fallback
-
-
 def _largest_pressure(posture: Posture) -> float:
     """End of the colours [kPa]: a round number above all pressures."""
     largest = float(np.max(np.abs(np.asarray(posture.pressures)))) / kPa
@@ -163,13 +158,15 @@ def _tubes(posture: Posture) -> Iterator[_Tube]:
     thin = 0.01 * float(posture.limb.length)
     low, high = style.PRESSURE_SHARE
     pressures = None if posture.pressures is None else np.ravel(posture.pressures) / kPa
-    place = 0
+    actuator = 0
     for segment, rods in zip(posture.limb.segments, posture.rods, strict=True):
-        for i, rod in enumerate(rods):
-            share = 0.3 if pressures is None else max(0.0, float(pressures[place])) / _largest_pressure(posture)
+        for rod in rods:
+            share = 0.3
+            if pressures is not None and segment.actuators:
+                share = max(0.0, float(pressures[actuator])) / _largest_pressure(posture)
+                actuator += 1
             colour = tuple(colormaps[style.PRESSURE_COLOURS](low + (high - low) * share)[:3])
-            yield _Tube(np.asarray(rod.centreline(_ALONG)), _outer_radius(segment, i, thin), colour)
-            place += 1
+            yield _Tube(rod.centreline(_ALONG), rod.radius or thin, colour)
 
 
 def _plates(posture: Posture) -> Iterator[_Disc]:
@@ -177,11 +174,11 @@ def _plates(posture: Posture) -> Iterator[_Disc]:
     thin, segments = 0.01 * float(posture.limb.length), posture.limb.segments
     reaches = [
         max(
-            float(np.hypot(frame[0, 3], frame[1, 3])) + _outer_radius(segment, i, thin)
+            float(np.hypot(frame[0, 3], frame[1, 3])) + (rod.radius or thin)
             for frames in (segment.base_frames, segment.end_frames)
-            for i, frame in enumerate(np.asarray(frames))
+            for rod, frame in zip(rods, frames, strict=True)
         )
-        for segment in segments
+        for segment, rods in zip(segments, posture.rods, strict=True)
     ]
     thickness = segments[0].plate.thickness or thin
     base = np.eye(4)

@@ -354,18 +354,20 @@ def _section_to_dict(section: Section) -> dict[str, Any]:
 
 
 def _rod_to_dict(rod: Rod) -> dict[str, Any]:
-    return _entry("length", rod.length, LENGTH) | {"section": _section_to_dict(rod.section)}
+    radius = {} if rod.radius is None else _entry("radius", rod.radius, LENGTH)
+    return _entry("length", rod.length, LENGTH) | radius | {"section": _section_to_dict(rod.section)}
 
 
 def _rod_from_dict(content: Mapping[str, Any], where: str) -> Rod:
     from softlimb import Section
     from softlimb.limb import Rod
 
-    table = Table(content, where, quantities={"length": LENGTH}, others=("section",))
+    table = Table(content, where, quantities={"length": LENGTH, "radius": LENGTH}, others=("section",))
     part = Table(table.mapping("section"), table.path("section"), quantities=_SECTION_QUANTITIES)
     values = {name: part.quantity(name, None if name in _STIFFNESSES else 0.0) for name in _SECTION_QUANTITIES}
     section = _checked(lambda: Section(**values), part)
-    return _checked(lambda: Rod(section, table.quantity("length")), table)
+    length, radius = table.quantity("length"), table.quantity("radius") if "radius" in table else None
+    return _checked(lambda: Rod(section, length, radius), table)
 
 
 def pose_to_dict(pose: NDArray[np.float64]) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from softlimb.quantities import (
     FORCE_PER_LENGTH,
     LENGTH,
     MOMENT,
+    MOMENT_PER_LENGTH,
     PRESSURE,
     Dimension,
     Nested,
@@ -45,7 +46,7 @@ _OTHERS = (
     "description",
     "frame",
     "plate_loads",
-    "rod_forces",
+    "rod_loads",
     "held_tip",
     "tolerance",
     "section",
@@ -64,7 +65,7 @@ class Scene:
     limb : Limb
     pressures : array of float, shape (A,), optional
         Gauge pressures [Pa], segment by segment; or
-    rest_lengths : array of float, shape (A,), optional
+    rest_lengths : array of float, shape (R,), optional
         Unloaded lengths of the rods [m] in their place.
     gravity : array of float, shape (3,)
         Acceleration in the base frame [m/s^2].
@@ -74,8 +75,8 @@ class Scene:
         Force and moment on each plate, at its frame's origin [N], [N m].
     frame : "base" or "plate"
         Axes of the loads: dead, or following the plate.
-    rod_forces : sequence of arrays of float, shape (n_j, 3), optional
-        Force per rest length on each rod of each segment [N/m], base axes.
+    rod_forces, rod_moments : sequence of arrays of float, shape (n_j, 3), optional
+        Force and moment per rest length on each rod of each segment [N/m], [N], base axes.
     tip_pose : array of float, shape (4, 4), optional
         Where the tip is held.
     tip_held : tuple of 6 bool, optional
@@ -99,6 +100,7 @@ class Scene:
     plate_wrenches: NDArray[np.float64] | None = None
     frame: str = "base"
     rod_forces: tuple[NDArray[np.float64], ...] | None = None
+    rod_moments: tuple[NDArray[np.float64], ...] | None = None
     tip_pose: NDArray[np.float64] | None = None
     tip_held: tuple[bool, ...] | None = None
     tolerance: float | None = None
@@ -136,7 +138,7 @@ class Scene:
         loads = self.solve_options() | options
         if pressures is None and self.rest_lengths is not None:
             return self.limb.solve(rest_lengths=self.rest_lengths, **loads)
-        if pressures is None and self.pressures is None:
+        if pressures is None and self.pressures is None and sum(self.counts) > 0:
             raise ValueError("the scene has no pressures: add `pressures_kPa` to [scene], or give them")
         return self.limb.solve(self.pressures if pressures is None else pressures, **loads)
 
@@ -167,7 +169,7 @@ class Scene:
 
     def solve_options(self) -> dict[str, Any]:
         """Arguments of `Limb.solve` other than the pressures, those that the scene leaves open left out."""
-        names = ("plate_wrenches", "rod_forces", "tip_pose", "tip_held", "tolerance", "section", "valve")
+        names = ("plate_wrenches", "rod_forces", "rod_moments", "tip_pose", "tip_held", "tolerance", "section", "valve")
         given = {name: getattr(self, name) for name in (*names, "prefer_stable")}
         loads = {"gravity": self.gravity, "tip_force": self.tip_force, "tip_moment": self.tip_moment}
         return loads | {"frame": self.frame} | {name: value for name, value in given.items() if value is not None}
@@ -221,13 +223,13 @@ class Scene:
         return cls(
             limb=limb,
             pressures=_per_actuator(table, "pressures", counts),
-            rest_lengths=_per_actuator(table, "rest_lengths", counts),
+            rest_lengths=_per_actuator(table, "rest_lengths", rod_counts(limb)),
             gravity=table.array("gravity", (3,), _ZERO),
             tip_force=table.array("tip_force", (3,), _ZERO),
             tip_moment=table.array("tip_moment", (3,), _ZERO),
             plate_wrenches=_plate_wrenches(table, len(counts)),
             frame=table.text("frame", "base", choices=("base", "plate")),
-            rod_forces=_rod_forces(table, counts),
+            **_rod_loads(table, rod_counts(limb)),
             **_held_tip(table),
             tolerance=table.number("tolerance") if "tolerance" in table else None,
             section=table.text("section") if "section" in table else None,
@@ -244,7 +246,8 @@ class Scene:
         for name in ("pressures", "rest_lengths"):
             value = getattr(self, name)
             if value is not None:
-                scene |= _entry(name, split(value, self.counts), _QUANTITIES[name])
+                counts = self.counts if name == "pressures" else rod_counts(self.limb)
+                scene |= _entry(name, split(value, counts), _QUANTITIES[name])
         for name in ("gravity", "tip_force", "tip_moment"):
             if np.any(getattr(self, name)):
                 scene |= _entry(name, getattr(self, name).tolist(), _QUANTITIES[name])
@@ -258,13 +261,9 @@ class Scene:
                 for j, w in enumerate(self.plate_wrenches, start=1)
                 if np.any(w)
             ]
-        if self.rod_forces is not None:
-            scene["rod_forces"] = [
-                {"segment": j, "rod": i} | _entry("force_per_length", f.tolist(), FORCE_PER_LENGTH)
-                for j, forces in enumerate(self.rod_forces, start=1)
-                for i, f in enumerate(forces, start=1)
-                if np.any(f)
-            ]
+        loads = self._rod_load_tables()
+        if loads:
+            scene["rod_loads"] = loads
         if self.tip_pose is not None:
             held = self.tip_held or (True,) * 6
             names = [name for name, holds in zip(_FREEDOMS, held, strict=True) if holds]
@@ -273,14 +272,32 @@ class Scene:
             scene["sweep"] = [axis_to_dict(axis) for axis in self.sweep_axes]
         return {"limb": limb_to_dict(self.limb), "scene": scene}
 
+    def _rod_load_tables(self) -> list[dict[str, Any]]:
+        tables = []
+        for j, count in enumerate(rod_counts(self.limb)):
+            for i in range(count):
+                table: dict[str, Any] = {}
+                if self.rod_forces is not None and np.any(self.rod_forces[j][i]):
+                    table |= _entry("force_per_length", self.rod_forces[j][i].tolist(), FORCE_PER_LENGTH)
+                if self.rod_moments is not None and np.any(self.rod_moments[j][i]):
+                    table |= _entry("moment_per_length", self.rod_moments[j][i].tolist(), MOMENT_PER_LENGTH)
+                if table:
+                    tables.append({"segment": j + 1, "rod": i + 1} | table)
+        return tables
+
     def to_toml(self, path: str | Path) -> None:
         """Write the scene with its limb to a file that `from_toml` reads back to the same numbers."""
         write_document(self.to_dict(), path)
 
 
 def actuator_counts(limb: Limb) -> tuple[int, ...]:
-    """Number of actuators (or rods) of each segment."""
-    return tuple(len(segment.base_frames) for segment in limb.segments)
+    """Number of actuators of each segment; rods given directly do not count."""
+    return tuple(len(segment.actuators) for segment in limb.segments)
+
+
+def rod_counts(limb: Limb) -> tuple[int, ...]:
+    """Number of rods of each segment, those that stand for actuators among them."""
+    return tuple(len(segment.members) for segment in limb.segments)
 
 
 def split(flat: NDArray[np.float64], counts: Sequence[int]) -> list[Any]:
@@ -385,18 +402,22 @@ def _plate_wrenches(table: Table, plates: int) -> NDArray[np.float64] | None:
     return wrenches if parts else None
 
 
-def _rod_forces(table: Table, counts: Sequence[int]) -> tuple[NDArray[np.float64], ...] | None:
-    forces = tuple(np.zeros((count, 3)) for count in counts)
-    parts = table.mappings("rod_forces")
-    for content, where in parts:
-        load = Table(content, where, quantities={"force_per_length": FORCE_PER_LENGTH}, others=("segment", "rod"))
+def _rod_loads(table: Table, counts: Sequence[int]) -> dict[str, Any]:
+    """Forces and moments along rods; a table without `rod` loads all rods of its segment."""
+    loads = {name: tuple(np.zeros((count, 3)) for count in counts) for name in ("rod_forces", "rod_moments")}
+    given = set()
+    quantities = {"force_per_length": FORCE_PER_LENGTH, "moment_per_length": MOMENT_PER_LENGTH}
+    for content, where in table.mappings("rod_loads"):
+        load = Table(content, where, quantities=quantities, others=("segment", "rod"))
         segment = _counted(load, "segment", len(counts)) - 1
-        force = load.array("force_per_length", (3,))
-        if "rod" in load:
-            forces[segment][_counted(load, "rod", counts[segment]) - 1] += force
-        else:
-            forces[segment][:] += force
-    return forces if parts else None
+        rods = [_counted(load, "rod", counts[segment]) - 1] if "rod" in load else list(range(counts[segment]))
+        if not any(key in load for key in quantities):
+            raise load.error("missing key `force_per_length_N_m` or `moment_per_length_Nm_m`")
+        for key, name in (("force_per_length", "rod_forces"), ("moment_per_length", "rod_moments")):
+            if key in load:
+                loads[name][segment][rods] += load.array(key, (3,))
+                given.add(name)
+    return {name: loads[name] for name in given}
 
 
 def _held_tip(table: Table) -> dict[str, Any]:
