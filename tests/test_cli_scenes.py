@@ -14,8 +14,6 @@ from numpy.testing import assert_allclose
 from softlimb import scenes
 from softlimb.cli import main
 
-pytest.importorskip("softlimb.limb")
-
 
 def columns_of(path: Path) -> dict[str, list[str]]:
     with path.open(encoding="utf-8", newline="") as file:

@@ -7,17 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 
-from softlimb import Section, measured, scenes
+from softlimb import Section, measured, plot, scenes
 from softlimb.presets import reference_limb
 from softlimb.units import kPa
-
-pytest.importorskip("softlimb.limb")
-
-from matplotlib.figure import Figure
-
-from softlimb import plot
 
 
 @pytest.fixture(scope="module")

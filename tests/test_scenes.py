@@ -13,15 +13,11 @@ from hypothesis import strategies as st
 
 import softlimb as sl
 from softlimb import scenes
+from softlimb.limb import Limb, Plate, Rod, Segment
 from softlimb.presets import REFERENCE_SEGMENTS, reference_limb
 from softlimb.scenes import Axis, Scene
-from softlimb.units import kPa, mm
-
-pytest.importorskip("softlimb.limb")
-pytest.importorskip("softlimb.tube")
-
-from softlimb.limb import Limb, Plate, Rod, Segment
 from softlimb.tube import Fibres, Layer, Tube
+from softlimb.units import kPa, mm
 
 # Round trips must hold for any bits, so the numbers are not rounded to what people type.
 moduli = st.floats(1e3, 1e7)

@@ -66,7 +66,8 @@ def plate_table(posture: Posture, counts: tuple[int, ...]) -> str:
     plates = np.asarray(posture.plates)
     columns = {"segment": [str(j) for j in range(1, len(counts) + 1)]}
     if posture.pressures is not None:
-        columns["pressures [kPa]"] = [" ".join(number(p, 1) for p in part) for part in _pressures(posture, counts)]
+        parts = _per_segment(posture.pressures, counts)
+        columns["pressures [kPa]"] = [" ".join(number(p, 1) for p in part) for part in parts]
     columns["rod lengths [mm]"] = [" ".join(number(rod.length / mm, 1) for rod in rods) for rods in posture.rods]
     for i, axis in enumerate("xyz"):
         columns[f"plate {axis} [mm]"] = [number(x, 2) for x in plates[:, i, 3] / mm]
@@ -82,7 +83,7 @@ def plate_columns(posture: Posture, counts: tuple[int, ...]) -> dict[str, list[s
     columns = {"segment": [str(j) for j in range(1, len(counts) + 1)]}
     per_actuator = {"rod_length_{}_mm": [np.array([rod.length / mm for rod in rods]) for rods in posture.rods]}
     if posture.pressures is not None:
-        per_actuator = {"pressure_{}_kPa": _pressures(posture, counts)} | per_actuator
+        per_actuator = {"pressure_{}_kPa": _per_segment(posture.pressures, counts)} | per_actuator
     for name, parts in per_actuator.items():
         for i in range(max(len(rods) for rods in posture.rods)):
             columns[name.format(i + 1)] = [f"{part[i]:.12g}" if i < len(part) else "" for part in parts]
@@ -94,9 +95,9 @@ def plate_columns(posture: Posture, counts: tuple[int, ...]) -> dict[str, list[s
     return columns
 
 
-def _pressures(posture: Posture, counts: tuple[int, ...]) -> list[Array]:
+def _per_segment(pressures: Array, counts: tuple[int, ...]) -> list[Array]:
     """In kPa, one array a segment."""
-    return np.split(np.ravel(posture.pressures) / kPa, np.cumsum(counts)[:-1])
+    return np.split(pressures / kPa, np.cumsum(counts)[:-1])
 
 
 def outcome(posture: Posture) -> str:
@@ -107,9 +108,8 @@ def outcome(posture: Posture) -> str:
     ]
     if posture.message:
         lines.append(f"message: {posture.message}")
-    if posture.clearance is not None and np.isfinite(posture.clearance):
-        gap = "tubes touch" if posture.touching else "smallest gap between tubes"
-        lines.append(f"{gap}: {number(posture.clearance / mm, 2)} mm")
+    if posture.clearance is not None and not posture.touching:  # the message says when they touch
+        lines.append(f"smallest gap between tubes: {number(posture.clearance / mm, 2)} mm")
     wrench = np.asarray(posture.base_wrench)
     lines.append(f"ground on base: force {vector(wrench[:3], 3)} N, moment {vector(wrench[3:], 4)} N m")
     lines.append(f"reference length: {number(posture.limb.length / mm, 1)} mm")

@@ -25,7 +25,7 @@ _WIDTH, _HEIGHT = 180.0, 110.0  # of the figure: a text column and a half of mos
 _AROUND = 20  # faces around a tube
 _ALONG = 28  # rings along a tube
 _PLATE_COLOUR = (0.66, 0.69, 0.72)
-_FILL = 0.78  # how much of the axes the limb fills; ticks and labels need the rest
+_FILL = 0.76  # how much of the axes the limb fills; ticks and labels need the rest
 _ELEVATION, _AZIMUTH = 14.0, -62.0  # of the viewer [deg]
 
 
@@ -55,11 +55,14 @@ def limb(posture: Posture, ax: Axes | None = None, *, loads: bool = True) -> Fig
         _draw_space(posture, ax, loads)
         return ax
     figure = style.new_figure(_WIDTH, _HEIGHT, constrained=False)
-    _draw_space(posture, figure.add_axes((0.015, 0.0, 0.55, 1.0), projection="3d"), loads)
-    front, side = (figure.add_axes(place) for place in _side_places(_limits(posture)))
+    # The numbers of z stand on the left of a hanging limb and on the right of a standing one.
+    left = 0.03 if _hangs(posture) else -0.035
+    _draw_space(posture, figure.add_axes((left, 0.0, 0.55, 1.0), projection="3d"), loads)
+    places = _side_places(_limits(posture))
+    front, side = (figure.add_axes(place) for place in places)
     side_view(posture, front, 0)
     side_view(posture, side, 1)
-    if front.get_position().y0 == side.get_position().y0:  # beside each other they share the scale of z
+    if places[0][1] == places[1][1]:  # beside each other they share the scale of z
         side.set_ylabel("")
         side.tick_params(labelleft=False)
     if posture.pressures is not None:
@@ -116,8 +119,9 @@ def side_view(posture: Posture, ax: Axes, axis: int) -> Axes:
     box = ax.get_window_extent()
     on_paper = np.array([box.width, box.height]) / ax.figure.dpi * 25.4  # [mm]
     scale = float(np.min(on_paper / np.ptp(limits[shown], axis=1)))
-    # A tick label is 7.5 mm wide and 3 mm high on paper.
-    ax.xaxis.set_major_locator(_ticks(8.5 / scale))
+    # A tick label is 6 mm wide and 3 mm high on paper.
+    ax.tick_params(labelsize=style.FONT_SIZE - 2.0)
+    ax.xaxis.set_major_locator(_ticks(7.0 / scale))
     ax.yaxis.set_major_locator(_ticks(7.0 / scale))
     return ax
 
@@ -316,9 +320,9 @@ def _draw_space(posture: Posture, ax: Any, loads: bool) -> None:
         line.set_major_locator(_ticks(float(span.max()) / 9.0))
         line._axinfo["grid"].update(color="0.88", linewidth=0.5)
     ax.tick_params(labelsize=style.FONT_SIZE - 2.0, pad=0.0)
-    # Turned by half a turn the numbers of z stand on the other side of their axis, away from the limb.
-    ax.zaxis.labelpad = -1.0 if camera.roll else 8.0
-    ax.tick_params(axis="z", pad=0.0 if camera.roll else 3.0)
+    # The numbers of z stand beside an upright axis, not below a sloping one: they are wider than high.
+    ax.zaxis.labelpad = 6.0 if camera.roll else 5.0
+    ax.tick_params(axis="z", pad=4.0 if camera.roll else 3.0)
 
 
 def _disc_faces(disc: _Disc) -> Iterator[Array]:
@@ -414,9 +418,21 @@ def _applied(posture: Posture) -> tuple[Array, Array]:
 
 def _free_corner(limits: Array, reach: Array, corners: Array, camera: _Camera) -> Array:
     """A vertical edge of the box where an arrow is farthest from the limb in the picture."""
-    inset = 0.05 * np.ptp(limits, axis=1)
+    inset = 0.12 * np.ptp(limits, axis=1)
     low, high = limits[:, 0] + inset, limits[:, 1] - inset
     body = camera.flat(corners[:: max(1, len(corners) // 2000)])
+    # The outermost upright edges carry the numbers of z.
+    edges = np.array(
+        [[x, y, z] for x in limits[0] for y in limits[1] for z in np.linspace(limits[2, 0], limits[2, 1], 40)]
+    )
+    across = edges @ camera.right
+    outermost = (across > across.max() - 1e-6) | (across < across.min() + 1e-6)
+    body = np.concatenate([body, camera.flat(edges[outermost])])
+    # The label below the arrow: 0.26 by 0.14 of the picture's size in 8 pt.
+    size = float(np.ptp(limits, axis=1).max())
+    downwards = camera.flat(reach) / max(float(np.linalg.norm(camera.flat(reach))), 1e-9 * size)
+    box = np.array(np.meshgrid(np.linspace(-0.13, 0.13, 5), np.linspace(-0.05, 0.05, 3))).reshape(2, -1).T
+    label = size * (box + 0.06 * downwards)
     best: Array = low
     room = -1.0
     for x in (low[0], high[0]):
@@ -424,8 +440,9 @@ def _free_corner(limits: Array, reach: Array, corners: Array, camera: _Camera) -
             for share in (0.0, 0.5, 1.0):
                 start = np.array([x, y, low[2] + share * (high[2] - low[2])])
                 start -= share * np.maximum(reach, 0.0) - (1.0 - share) * np.maximum(-reach, 0.0)
-                arrow = camera.flat(start + np.linspace(0.0, 1.3, 6)[:, None] * reach)
-                distance = float(np.linalg.norm(arrow[:, None] - body, axis=-1).min())
+                arrow = camera.flat(start + np.linspace(0.0, 1.0, 6)[:, None] * reach)
+                taken = np.concatenate([arrow, arrow[-1] + label])
+                distance = float(np.linalg.norm(taken[:, None] - body, axis=-1).min())
                 if distance > room:
                     best, room = start, distance
     return best

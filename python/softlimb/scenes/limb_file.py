@@ -237,7 +237,8 @@ def _law_from_dict(content: Mapping[str, Any], where: str) -> Law:
     if "max_strain" in table:
         values["max_strain"] = table.number("max_strain")
     try:
-        return classes[name](**values)
+        law: Law = classes[name](**values)
+        return law
     except TypeError:
         given = ", ".join(f"`{table.key(key)}`" for key in coefficients if key in table) or "none"
         raise table.error(f"law {name!r} takes the coefficients {', '.join(coefficients)}; given: {given}") from None
