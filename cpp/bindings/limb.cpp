@@ -94,7 +94,7 @@ std::shared_ptr<Geometry> make_geometry(const std::vector<std::tuple<Array, Arra
     return geometry;
 }
 
-py::tuple geometry_state(const Geometry& g) {
+State geometry_state(const Geometry& g) {
     py::list segments;
     for (const limb::Segment& s : g.segments) {
         std::vector<Pose> base, end;
@@ -102,6 +102,10 @@ py::tuple geometry_state(const Geometry& g) {
         segments.append(py::make_tuple(poses_array(base), poses_array(end), s.plate_thickness, s.plate_mass));
     }
     return py::make_tuple(segments, g.length);
+}
+
+std::shared_ptr<Geometry> geometry_of(const State& t) {
+    return make_geometry(t[0].cast<std::vector<std::tuple<Array, Array, double, double>>>(), t[1].cast<double>());
 }
 
 limb::Scene make_scene(const Geometry& geometry, const std::vector<Section>& sections, const Array& rest_lengths,
@@ -133,7 +137,8 @@ limb::Scene make_scene(const Geometry& geometry, const std::vector<Section>& sec
 }
 
 std::shared_ptr<Posture> solve(const std::shared_ptr<Geometry>& geometry, limb::Scene scene, double tolerance,
-                               bool prefer_stable, const Posture* start, const std::optional<Array>& start_plates) {
+                               bool prefer_stable, const std::optional<std::shared_ptr<Posture>>& start,
+                               const std::optional<Array>& start_plates) {
     auto posture = std::make_shared<Posture>();
     posture->geometry = geometry;
     posture->scene = std::move(scene);
@@ -141,8 +146,8 @@ std::shared_ptr<Posture> solve(const std::shared_ptr<Geometry>& geometry, limb::
     options.tolerance = tolerance;
     options.prefer_stable = prefer_stable;
     std::optional<limb::Shape> shape;
-    if (start != nullptr) {
-        shape = start->solution.shape;
+    if (start) {
+        shape = (*start)->solution.shape;
     } else if (start_plates) {
         shape = limb::start_from_plates(*geometry, posture->scene, poses_of(*start_plates));
     }
@@ -168,7 +173,9 @@ std::shared_ptr<Posture> refused(const std::shared_ptr<Geometry>& geometry, limb
     return posture;
 }
 
-py::tuple rod_arrays(const Posture& posture, int rod, const std::vector<double>& fractions) {
+using Curves = py::typing::Tuple<Array, Array, Array, Array, Array>;
+
+Curves rod_arrays(const Posture& posture, int rod, const std::vector<double>& fractions) {
     if (rod < 0 || rod >= static_cast<int>(posture.scene.rods.size())) throw py::index_error("no such rod");
     const auto points = limb::points_along(posture, rod, fractions);
     const py::ssize_t count = static_cast<py::ssize_t>(points.size());
@@ -184,7 +191,7 @@ py::tuple rod_arrays(const Posture& posture, int rod, const std::vector<double>&
     return py::make_tuple(poses, vectors[0], vectors[1], vectors[2], vectors[3]);
 }
 
-py::tuple scene_state(const limb::Scene& scene) {
+State scene_state(const limb::Scene& scene) {
     std::vector<Section> sections;
     std::vector<double> lengths;
     std::vector<Vector6> loads;
@@ -201,7 +208,7 @@ py::tuple scene_state(const limb::Scene& scene) {
                           vectors_array(scene.wrenches), scene.following, held, poses_array(poses));
 }
 
-limb::Scene scene_of(const py::tuple& t) {
+limb::Scene scene_of(const State& t) {
     limb::Scene scene;
     const auto sections = t[0].cast<std::vector<Section>>();
     const auto lengths = t[1].cast<std::vector<double>>();
@@ -222,7 +229,7 @@ limb::Scene scene_of(const py::tuple& t) {
     return scene;
 }
 
-py::tuple posture_state(const Posture& p) {
+State posture_state(const Posture& p) {
     const limb::Solution& s = p.solution;
     py::list rods;
     for (const limb::RodShape& rod : s.shape.rods)
@@ -234,12 +241,10 @@ py::tuple posture_state(const Posture& p) {
                           vectors_array(s.reactions));
 }
 
-std::shared_ptr<Posture> posture_of(const py::tuple& t) {
+std::shared_ptr<Posture> posture_of(const State& t) {
     auto p = std::make_shared<Posture>();
-    const auto geometry = t[0].cast<py::tuple>();
-    p->geometry = make_geometry(geometry[0].cast<std::vector<std::tuple<Array, Array, double, double>>>(),
-                                geometry[1].cast<double>());
-    p->scene = scene_of(t[1].cast<py::tuple>());
+    p->geometry = geometry_of(t[0].cast<State>());
+    p->scene = scene_of(t[1].cast<State>());
     limb::Solution& s = p->solution;
     s.shape.plates = poses_of(t[2].cast<Array>());
     for (const py::handle& item : t[3].cast<py::list>()) {
@@ -267,6 +272,9 @@ std::shared_ptr<Posture> posture_of(const py::tuple& t) {
 }  // namespace
 
 void bind_limb(py::module_& m) {
+    // Declared before anything mentions them, so that signatures carry Python names.
+    py::class_<Posture, std::shared_ptr<Posture>> posture(m, "Posture", "A solved limb: shape, wrenches, outcome.");
+
     py::class_<limb::Scene>(m, "Scene", "Rods at their pressures, loads and holds of one solve.")
         .def_readonly("following", &limb::Scene::following)
         .def_property_readonly("gravity", [](const limb::Scene& s) { return vector_array(s.gravity); })
@@ -300,13 +308,9 @@ void bind_limb(py::module_& m) {
              },
              py::arg("scene"), "Plates under constant curvature, unloaded: where a solve without a start begins.")
         .def(py::pickle([](const Geometry& g) { return geometry_state(g); },
-                        [](const py::tuple& t) {
-                            return make_geometry(
-                                t[0].cast<std::vector<std::tuple<Array, Array, double, double>>>(),
-                                t[1].cast<double>());
-                        }));
+                        &geometry_of));
 
-    py::class_<Posture, std::shared_ptr<Posture>>(m, "Posture", "A solved limb: shape, wrenches, outcome.")
+    posture
         .def_property_readonly("status", [](const Posture& p) { return std::string(name_of(p.solution.status)); })
         .def_property_readonly("message", [](const Posture& p) { return p.solution.message; })
         .def_property_readonly("plan", [](const Posture& p) { return p.solution.plan; })
@@ -332,7 +336,8 @@ void bind_limb(py::module_& m) {
         .def("rod_base_wrench",
              [](const Posture& p, int rod) { return vector_array(p.solution.shape.rods.at(rod).wrenches.front()); })
         .def("clearance",
-             [](const Posture& p, const std::vector<double>& radii, int points) {
+             [](const Posture& p, const std::vector<double>& radii,
+                int points) -> py::typing::Tuple<double, int, int, double, double> {
                  const limb::Clearance c = limb::clearance(p, radii, points);
                  return py::make_tuple(c.gap, c.first, c.second, c.first_fraction, c.second_fraction);
              })
@@ -345,7 +350,7 @@ void bind_limb(py::module_& m) {
              },
              "Largest total stretch lz v3 of each rod.")
         .def("verify",
-             [](const Posture& p) {
+             [](const Posture& p) -> py::typing::Tuple<double, double, double, double, double> {
                  const limb::Verification v = limb::verify(p);
                  return py::make_tuple(v.position_error, v.rotation_error, v.force_error, v.moment_error, v.hold_error);
              })

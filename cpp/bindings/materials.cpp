@@ -22,7 +22,6 @@ namespace {
 
 using namespace materials;
 using Numbers = py::typing::Tuple<py::float_, py::ellipsis>;
-using State = py::typing::Tuple<py::object, py::ellipsis>;
 using Six = std::tuple<double, double, double, double, double, double>;
 using Four = std::tuple<double, double, double, double>;
 

@@ -12,20 +12,20 @@ namespace py = pybind11;
 namespace softlimb::bindings {
 namespace {
 
-py::tuple state_of(const Section& s) {
+State state_of(const Section& s) {
     const AxialLaw& a = s.axial_law;
     return py::make_tuple(s.axial, s.shear, s.bending, s.torsion, s.mass_per_length, s.rest_twist, s.extension_twist,
                           s.stretch, s.largest_stretch, a.degree, a.centre, a.half_range, a.coefficient);
 }
 
-Section section_of(const py::tuple& t) {
+Section section_of(const State& t) {
     Section s;
-    s.axial = t[0].cast<double>(), s.shear = t[1].cast<double>(), s.bending = t[2].cast<double>();
-    s.torsion = t[3].cast<double>(), s.mass_per_length = t[4].cast<double>(), s.rest_twist = t[5].cast<double>();
-    s.extension_twist = t[6].cast<double>(), s.stretch = t[7].cast<double>(), s.largest_stretch = t[8].cast<double>();
-    s.axial_law.degree = t[9].cast<int>(), s.axial_law.centre = t[10].cast<double>();
-    s.axial_law.half_range = t[11].cast<double>();
-    s.axial_law.coefficient = t[12].cast<std::array<double, AxialLaw::max_degree + 1>>();
+    s.axial = py::object(t[0]).cast<double>(), s.shear = py::object(t[1]).cast<double>(), s.bending = py::object(t[2]).cast<double>();
+    s.torsion = py::object(t[3]).cast<double>(), s.mass_per_length = py::object(t[4]).cast<double>(), s.rest_twist = py::object(t[5]).cast<double>();
+    s.extension_twist = py::object(t[6]).cast<double>(), s.stretch = py::object(t[7]).cast<double>(), s.largest_stretch = py::object(t[8]).cast<double>();
+    s.axial_law.degree = py::object(t[9]).cast<int>(), s.axial_law.centre = py::object(t[10]).cast<double>();
+    s.axial_law.half_range = py::object(t[11]).cast<double>();
+    s.axial_law.coefficient = py::object(t[12]).cast<std::array<double, AxialLaw::max_degree + 1>>();
     return s;
 }
 
@@ -81,7 +81,7 @@ ValueError
                       "Total stretch up to which the material laws were fitted; 0 when not known")
         .def_property_readonly("nonlinear", [](const Section& s) { return !s.axial_law.linear(); },
                                "True when the axial law is a curve and not the constant EA")
-        .def("__eq__", [](const Section& a, const Section& b) { return a == b; }, py::is_operator())
+        .def("__eq__", &equals<Section>, py::arg("other"))
         .def("__hash__", [](const Section& s) { return py::hash(state_of(s)); })
         .def("__repr__", &text_of)
         .def(py::pickle(&state_of, &section_of));

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from softlimb import _core
 from softlimb._core import Section
+from softlimb.posture import Posture, RodPosture, Verification
 from softlimb.tube import SectionModel, Tube, Valve
 
 if TYPE_CHECKING:
@@ -23,8 +23,6 @@ __all__ = ["Limb", "Plate", "Posture", "Rod", "RodPosture", "Segment", "Verifica
 
 Array = NDArray[np.float64]
 Frame = Literal["base", "plate"]
-
-_CURVE_POINTS = 101  # of the arrays along a rod; curves ask for as many as they want
 
 
 def _vector(name: str, value: ArrayLike, size: int = 3) -> Array:
@@ -115,6 +113,11 @@ class Rod:
     section: Section
     length: float
     radius: float | None = None
+
+    @property
+    def outer_radius(self) -> float | None:
+        """The same as ``radius``, under the name that tubes have."""
+        return self.radius
 
     def __post_init__(self) -> None:
         if not isinstance(self.section, Section):
@@ -278,457 +281,6 @@ def _ring(count: int, radius: float) -> Array:
     return frames
 
 
-@dataclass(frozen=True)
-class Verification:
-    """What an independent re-integration of every rod and re-balance of every plate found.
-
-    Parameters
-    ----------
-    position_error : float
-        Largest distance between where a rod ends and where its plate holds it, relative to the limb's length.
-    rotation_error : float
-        The same for rotations [rad].
-    force_error, moment_error : float
-        Largest imbalance of a plate or of a point inside a rod, relative to the largest internal force or moment.
-    hold_error : float
-        Largest departure of a held freedom from its hold (relative length, or rad).
-    tolerance : float
-        What the posture was asked for.
-    """
-
-    position_error: float
-    rotation_error: float
-    force_error: float
-    moment_error: float
-    hold_error: float
-    tolerance: float
-
-    @property
-    def largest_error(self) -> float:
-        """The largest of all errors; NaN if any is."""
-        errors = (self.position_error, self.rotation_error, self.force_error, self.moment_error, self.hold_error)
-        return float(np.max(errors))
-
-    @property
-    def success(self) -> bool:
-        """True when no error exceeds ten times the tolerance, which bounds the tip's error and not each residual."""
-        return bool(self.largest_error <= 10.0 * self.tolerance)
-
-
-class RodPosture:
-    """One rod of a posture: its curve and what acts inside it.
-
-    Arrays ``force``, ``moment`` (base axes [N], [N m]), ``strain`` and ``curvature`` (section axes; v [1] and u [1/m])
-    have shape (101, 3): equal steps of rest length from base to end, at the fractions ``fractions``. `along` gives them
-    at any other number of points.
-    """
-
-    def __init__(self, posture: Posture, segment: int, number: int, flat: int) -> None:
-        self.posture = posture
-        self.segment = segment
-        self.number = number
-        self._flat = flat
-
-    @property
-    def section(self) -> Section:
-        """Section at the rod's pressure."""
-        return self.posture._scene.sections[self._flat]
-
-    @property
-    def length(self) -> float:
-        """Rest length [m]."""
-        return self.posture._scene.rest_lengths[self._flat]
-
-    @property
-    def radius(self) -> float | None:
-        """Outer radius of the unpressurised actuator [m], or None when it is not known."""
-        return _radius(self.posture.limb.segments[self.segment].members[self.number])
-
-    @property
-    def success(self) -> bool:
-        """True when the posture is in equilibrium to its tolerance."""
-        return self.posture.success
-
-    @property
-    def status(self) -> str:
-        """Outcome of the solve."""
-        return self.posture.status
-
-    @property
-    def message(self) -> str:
-        """Outcome in words."""
-        return self.posture.message
-
-    @property
-    def iterations(self) -> int:
-        """Newton iterations of the solve."""
-        return self.posture.iterations
-
-    @property
-    def residual(self) -> float:
-        """Relative residual of the solve."""
-        return self.posture.residual
-
-    @property
-    def stable(self) -> bool:
-        """As for the posture."""
-        return self.posture.stable
-
-    @property
-    def unstable_modes(self) -> int | None:
-        """As for the posture."""
-        return self.posture.unstable_modes
-
-    @property
-    def tip(self) -> Array:
-        """Pose of the rod's end, shape (4, 4)."""
-        end: Array = self._curve[0][-1]
-        return end
-
-    @property
-    def base_wrench(self) -> Array:
-        """Internal force and moment at the base, base axes, shape (6,) [N, N m]."""
-        return self.posture._solved.rod_base_wrench(self._flat)
-
-    def along(self, n: int = _CURVE_POINTS) -> tuple[Array, Array, Array, Array, Array]:
-        """Poses (n, 4, 4), forces, moments, strains and curvatures (n, 3 each) at equal steps of rest length.
-
-        Raises
-        ------
-        ValueError
-            ``n`` is below 2.
-        """
-        return self.posture._solved.rod(self._flat, np.linspace(0.0, 1.0, _points(n)).tolist())
-
-    @cached_property
-    def _curve(self) -> tuple[Array, Array, Array, Array, Array]:
-        return self.along(_CURVE_POINTS)
-
-    def centreline(self, n: int = _CURVE_POINTS) -> Array:
-        """Points of the centreline at equal steps of rest length, shape (n, 3) [m]."""
-        points: Array = self.along(n)[0][:, :3, 3].copy()
-        return points
-
-    @property
-    def fractions(self) -> Array:
-        """Fractions of the rest length at which the arrays are given."""
-        return np.linspace(0.0, 1.0, _CURVE_POINTS)
-
-    @property
-    def force(self) -> Array:
-        """Internal force, base axes [N], shape (101, 3)."""
-        return self._curve[1]
-
-    @property
-    def moment(self) -> Array:
-        """Internal moment, base axes [N m], shape (101, 3)."""
-        return self._curve[2]
-
-    @property
-    def strain(self) -> Array:
-        """v: two shears and the stretch per rest length, section axes, shape (101, 3)."""
-        return self._curve[3]
-
-    @property
-    def curvature(self) -> Array:
-        """u: two curvatures and the twist per rest length, section axes [1/m], shape (101, 3)."""
-        return self._curve[4]
-
-    def verify(self) -> Verification:
-        """As `Posture.verify`."""
-        return self.posture.verify()
-
-    def __repr__(self) -> str:
-        place = np.array2string(self.tip[:3, 3], precision=5)
-        return f"RodPosture({self.status}, length={self.length:.6g}, tip={place})"
-
-
-def _points(n: int) -> int:
-    if int(n) != n or n < 2:
-        raise ValueError(f"a curve needs a whole number of points, at least 2, got {n!r}")
-    return int(n)
-
-
-def _radius(member: Tube | Rod) -> float | None:
-    return member.outer_radius if isinstance(member, Tube) else member.radius
-
-
-class Posture:
-    """A static posture: poses, internal wrenches, outcome, stability, and answers computed when asked for.
-
-    Where ``success`` is false the poses are the best point found and no equilibrium; ``message`` has the cause.
-
-    Parameters
-    ----------
-    limb : Limb
-    pressures : array, shape (A,), or None
-        Gauge pressures [Pa].
-    rest_lengths : array, shape (R,)
-        Of all rods [m].
-    loads : dict
-        ``gravity``, ``tip_force``, ``tip_moment``, ``plate_wrenches``, ``frame``, ``rod_forces``, ``rod_moments``.
-    tolerance : float
-        Tip error asked for, relative to ``limb.length``.
-    """
-
-    def __init__(
-        self,
-        limb: Limb,
-        solved: _core.Posture,
-        *,
-        pressures: Array | None,
-        rest_lengths: Array,
-        loads: dict[str, Any],
-        tolerance: float,
-        model: tuple[SectionModel, Valve],
-    ) -> None:
-        self.limb = limb
-        self.pressures = pressures
-        self.rest_lengths = rest_lengths
-        self.loads = loads
-        self.tolerance = tolerance
-        self._solved = solved
-        self._model = model
-
-    @property
-    def success(self) -> bool:
-        """True when the posture is in equilibrium to the tolerance asked for."""
-        return self._solved.status == "converged"
-
-    @property
-    def status(self) -> str:
-        """"converged", "max_iterations", "no_progress", "singular_jacobian", "not_finite" or "limit_point"."""
-        return self._solved.status
-
-    @property
-    def message(self) -> str:
-        """Outcome in words, with the warnings."""
-        return "; ".join([self._solved.message, *self.warnings])
-
-    @cached_property
-    def warnings(self) -> tuple[str, ...]:
-        """What to know before trusting the answer: a law or an axial curve left its range, tubes touch or lock."""
-        notes: list[str] = []
-        if not self.success:
-            return ()
-        stretches = self._solved.largest_stretch()
-        outside = [
-            (stretch, section.largest_stretch)
-            for stretch, section in zip(stretches, self._scene.sections, strict=True)
-            if 0.0 < section.largest_stretch < stretch
-        ]
-        if outside:
-            stretch, limit = max(outside, key=lambda pair: pair[0] / pair[1])
-            notes.append(
-                f"the law leaves its range in {len(outside)} rod{'s' if len(outside) > 1 else ''}: "
-                f"stretch {stretch:.4g}, fitted to {limit:.4g}"
-            )
-        if self.touching:
-            notes.append(f"tubes touch: the smallest gap is {1e3 * (self.clearance or 0.0):.3g} mm, contact is not modelled")
-        return tuple(notes)
-
-    @property
-    def plan(self) -> tuple[str, ...]:
-        """Which way the solve took and what it left out, in words."""
-        return tuple(self._solved.plan)
-
-    @property
-    def iterations(self) -> int:
-        """Newton iterations of the exact rods."""
-        return self._solved.iterations
-
-    @property
-    def descent_iterations(self) -> int:
-        """Iterations of the energy descent that came before."""
-        return self._solved.descent_iterations
-
-    @property
-    def residual(self) -> float:
-        """Largest mismatch of a rod and imbalance of a plate before the last step, relative."""
-        return self._solved.residual
-
-    @property
-    def error_estimate(self) -> float:
-        """Last correction, by an integration with half the step: relative to ``limb.length``."""
-        return self._solved.error_estimate
-
-    @property
-    def stable(self) -> bool:
-        """True for a stable equilibrium; without a potential (see `conservative`) it speaks of divergence only."""
-        return self._solved.stable
-
-    @property
-    def unstable_modes(self) -> int | None:
-        """Number of unstable modes, conjugate points of the rods included; None where no potential exists."""
-        return self._solved.unstable_modes
-
-    @property
-    def conservative(self) -> bool:
-        """True when all loads have a potential."""
-        return self._solved.conservative
-
-    @cached_property
-    def plates(self) -> Array:
-        """Pose of each plate in the base frame, shape (J, 4, 4)."""
-        return self._solved.plates
-
-    @property
-    def tip(self) -> Array:
-        """Pose of the last plate, shape (4, 4)."""
-        last: Array = self.plates[-1]
-        return last
-
-    @property
-    def base_wrench(self) -> Array:
-        """Force and moment that the ground exerts on the limb, about the base origin, shape (6,) [N, N m]."""
-        return self._solved.base_wrench
-
-    @property
-    def reactions(self) -> Array:
-        """Wrench that the holds exert on each plate, about its origin, base axes, shape (J, 6) [N, N m]."""
-        return self._solved.reactions
-
-    @property
-    def tip_reaction(self) -> Array:
-        """Wrench that the hold exerts on the tip, about its origin, base axes, shape (6,) [N, N m]."""
-        reaction: Array = self.reactions[-1]
-        return reaction
-
-    @cached_property
-    def rods(self) -> tuple[tuple[RodPosture, ...], ...]:
-        """``rods[j][i]`` is rod i of segment j."""
-        rods, flat = [], 0
-        for j, segment in enumerate(self.limb.segments):
-            row = []
-            for i in range(len(segment.members)):
-                row.append(RodPosture(self, j, i, flat))
-                flat += 1
-            rods.append(tuple(row))
-        return tuple(rods)
-
-    def centreline(self, n: int = _CURVE_POINTS) -> Array:
-        """The limb's centreline: the mean of a segment's rods at equal fractions, straight through the plates.
-
-        Parameters
-        ----------
-        n : int
-            Number of points, spread evenly over the rest lengths and the plates between segments.
-
-        Returns
-        -------
-        array of float, shape (n, 3)
-            From the mean of the first rods' bases to the mean of the last rods' ends [m].
-
-        Raises
-        ------
-        ValueError
-            ``n`` is below 2.
-        """
-        count = _points(n)
-        segments = self.limb.segments
-        bounds = [0.0]
-        for j, row in enumerate(self.rods):
-            bounds.append(bounds[-1] + float(np.mean([rod.length for rod in row])))
-            if j + 1 < len(segments):
-                bounds.append(bounds[-1] + segments[j].plate.thickness)
-        path = np.linspace(0.0, bounds[-1], count)
-        points = np.empty((count, 3))
-        for j, row in enumerate(self.rods):
-            start, end = bounds[2 * j], bounds[2 * j + 1]
-            inside = (path >= start) & (path <= end)
-            fractions = np.clip((path[inside] - start) / (end - start), 0.0, 1.0).tolist()
-            points[inside] = np.mean([self._solved.rod(rod._flat, fractions)[0][:, :3, 3] for rod in row], axis=0)
-            if j + 1 == len(segments):
-                break
-            through = (path > end) & (path < bounds[2 * j + 2])
-            if through.any():
-                first = np.mean([self._solved.rod(rod._flat, [1.0])[0][0, :3, 3] for rod in row], axis=0)
-                last = np.mean([self._solved.rod(rod._flat, [0.0])[0][0, :3, 3] for rod in self.rods[j + 1]], axis=0)
-                share = ((path[through] - end) / (bounds[2 * j + 2] - end))[:, None]
-                points[through] = (1.0 - share) * first + share * last
-        return points
-
-    @cached_property
-    def _nearest(self) -> tuple[float, int, int, float, float]:
-        radii = [_radius(member) or 0.0 for segment in self.limb.segments for member in segment.members]
-        return self._solved.clearance(radii, 33)  # pieces of a thirtieth: the gap's error is below 0.1 % of a rod
-
-    @property
-    def clearance(self) -> float | None:
-        """Smallest gap between two tubes along the limb [m]; negative where they overlap, None without two radii.
-
-        Unpressurised outer radii are used: fibres keep an FRA's radius to about a per cent.
-        """
-        gap, first, *_ = self._nearest
-        return None if first < 0 else gap
-
-    @property
-    def touching(self) -> bool:
-        """True when two tubes touch or overlap; contact is not part of the model, so the posture is then in doubt."""
-        return self.clearance is not None and self.clearance <= 0.0
-
-    @cached_property
-    def compliance(self) -> Array:
-        """Tip displacement and rotation by tip force and moment, base axes at the tip's origin, shape (6, 6).
-
-        Raises
-        ------
-        RuntimeError
-            The posture is no equilibrium, or stands at a fold.
-        """
-        self._require_success("a compliance")
-        return self._solved.compliance()
-
-    @cached_property
-    def jacobian(self) -> Array:
-        """Change of the tip (translation, rotation; base axes at its origin) by each pressure, shape (6, A) [1/Pa].
-
-        Raises
-        ------
-        RuntimeError
-            The posture is no equilibrium, stands at a fold, or was not given by pressures.
-        """
-        self._require_success("a Jacobian")
-        if self.pressures is None:
-            raise RuntimeError("a Jacobian to pressures needs a posture that was solved from pressures")
-        slopes, lengths, driven, actuator = [], [], [], 0
-        for flat, member in enumerate(self.limb._members):
-            if isinstance(member, Tube):
-                at = member.section_at(float(self.pressures[actuator]), *self._model)
-                slopes.append(at.d_section)
-                lengths.append(at.d_rest_length)
-                driven.append(flat)
-                actuator += 1
-            else:
-                slopes.append(member.section)  # not used: only driven columns are kept
-                lengths.append(0.0)
-        response: Array = self._solved.tip_response(slopes, lengths)[driven].T.copy()
-        return response
-
-    def _require_success(self, what: str) -> None:
-        if not self.success:
-            raise RuntimeError(f"{what} exists at an equilibrium only; this solve ended with {self.status!r}")
-
-    def verify(self) -> Verification:
-        """Check the posture by another formulation: quaternions and plain RK4, halved until the ends no longer move.
-
-        Returns
-        -------
-        Verification
-            ``success`` tells whether rods meet their plates and all forces balance.
-        """
-        return Verification(*self._solved.verify(), self.tolerance)
-
-    @property
-    def _scene(self) -> _core.Scene:
-        return self._solved.scene
-
-    def __repr__(self) -> str:
-        place = np.array2string(1e3 * self.tip[:3, 3], precision=3, suppress_small=True)
-        modes = "" if self.stable else ", unstable"
-        return f"Posture({self.status}{modes}, tip at {place} mm)"
-
-
 class Limb:
     """Segments in series, from the base upwards.
 
@@ -825,8 +377,8 @@ class Limb:
             Where the tip is held.
         tip_held : sequence of 6 bool, optional
             Which freedoms are held: translations along, then rotations about base axes, measured from ``tip_pose``.
-            Default: all six when ``tip_pose`` is given. Without ``tip_pose`` the tip is held where the start has it: the
-            pose in ``start``, or else that of the unpressurised limb.
+            Default: all six when ``tip_pose`` is given. Without ``tip_pose`` the tip is held where the start has it: at
+            the pose in ``start``, or else at that of the unpressurised limb.
         plate_poses, plate_held : array_like, shape (J, 4, 4) and (J, 6), optional
             The same for every plate; excludes ``tip_pose`` and ``tip_held``.
         tolerance : float
@@ -896,8 +448,9 @@ class Limb:
             )
         else:
             solved = self._geometry.refused(scene, status=refusal[0], message=refusal[1])
+        model = (section, valve)
         return Posture(
-            self, solved, pressures=given, rest_lengths=lengths, loads=loads, tolerance=tolerance, model=(section, valve)
+            self, solved, pressures=given, rest_lengths=lengths, loads=loads, tolerance=tolerance, model=model
         )
 
     def sweep(self, pressures: ArrayLike, *, progress: bool = True, **scene: Any) -> Batch:
@@ -979,7 +532,7 @@ class Limb:
             return np.zeros((rods, 3))
         rows = _ragged(name, value)
         if rows.size != 3 * rods or rows.shape[-1:] not in ((3,), (3 * rods,)):
-            raise ValueError(f"{name} must hold a force or moment (3 numbers) for each of {rods} rods, got {rows.size} numbers")
+            raise ValueError(f"{name} must hold 3 numbers for each of {rods} rods, got {rows.size} numbers")
         if not np.isfinite(rows).all():
             raise ValueError(f"{name} must be finite, got {rows.tolist()}")
         return rows.reshape(rods, 3)
@@ -1086,7 +639,8 @@ def _ragged(name: str, value: Any) -> Array:
     try:
         return np.concatenate([np.array(part, dtype=float) for part in value])
     except (TypeError, ValueError):
-        raise ValueError(f"{name} must be numbers: flat, (segments, n), or one array a segment; got {value!r}") from None
+        rule = "numbers: flat, (segments, n), or one array a segment"
+        raise ValueError(f"{name} must be {rule}, got {value!r}") from None
 
 
 def _flat(name: str, value: Any, counts: tuple[int, ...], what: str) -> Array:

@@ -611,7 +611,7 @@ class Tube(_core.Tube):
         return self.section_at(pressure).rest_length
 
     def rod(self, pressure: float, model: SectionModel = "tangent", valve: Valve = "open") -> Rod:
-        """The rod that stands for the tube at a pressure: its section at its rest length; arguments as for `section`."""
+        """The rod that stands for the tube at a pressure, at its rest length; arguments as for `section`."""
         from softlimb.limb import Rod
 
         at = self.section_at(pressure, model, valve)
