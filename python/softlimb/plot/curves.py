@@ -60,7 +60,14 @@ def curve(result: CurveComparison, ax: Axes) -> Axes:
     ax.plot(measured.pressures / kPa, measured.values / factor, label="measured", **style.MEASURED)
     style.finish(ax, "gauge pressure [kPa]", f"{measured.kind} [{unit}]")
     text = f"pressure MAE {result.pressure_mae / kPa:.3g} kPa\n$R^2$ = {result.r_squared:.3f}"
-    ax.legend(fontsize=style.FONT_SIZE, frameon=False, loc="upper left", title=text, title_fontsize=style.FONT_SIZE)
+    ax.legend(
+        fontsize=style.FONT_SIZE,
+        frameon=False,
+        loc="upper left",
+        title=text,
+        title_fontsize=style.FONT_SIZE,
+        alignment="left",
+    )
     return ax
 
 
