@@ -102,10 +102,12 @@ def _per_segment(pressures: Array, counts: tuple[int, ...]) -> list[Array]:
 
 def outcome(posture: Posture) -> str:
     """Status, stability, clearance, base wrench and reference length in words."""
-    stable = {True: "stable", False: "UNSTABLE", None: "stability not known"}[posture.stable]
-    lines = [
-        f"status: {posture.status} after {posture.iterations} iterations, residual {posture.residual:.1e}; {stable}",
-    ]
+    # Without equilibrium there is nothing to be stable.
+    stable = "stable" if posture.stable else "UNSTABLE"
+    error = f"estimated error {posture.error_estimate:.0e} of the limb's length"
+    lines = [f"status: {posture.status} after {posture.iterations} iterations"]
+    if posture.success:
+        lines[0] += f", {error}; {stable}"
     if posture.message:
         lines.append(f"message: {posture.message}")
     if posture.clearance is not None and not posture.touching:  # the message says when they touch
