@@ -1,17 +1,26 @@
-"""Statics of soft limbs built of fibre-reinforced pneumatic actuators."""
+"""Statics of soft limbs built of fibre-reinforced pneumatic actuators.
 
+Names are loaded when they are first used, so that importing the package costs a few milliseconds: numpy and the
+compiled core come with the first tube, limb or law.
+"""
+
+from importlib import import_module
 from typing import TYPE_CHECKING
 
-from softlimb import materials, presets, units
-from softlimb._core import Gent, MooneyRivlin, NeoHookean, Ogden, Section, Yeoh
-from softlimb.limb import Limb, Plate, Posture, Rod, RodPosture, Segment, Verification
-from softlimb.scenes import Scene, load_scene
-from softlimb.tube import Fibres, Layer, Tube, TubeState
+from softlimb import units
 
 if TYPE_CHECKING:
+    from softlimb import materials, measured, plot, presets
+    from softlimb._core import Gent, MooneyRivlin, NeoHookean, Ogden, Section, Yeoh
+    from softlimb.limb import Limb, Plate, Rod, Segment
     from softlimb.materials import fit_uniaxial, read_tensile_csv
+    from softlimb.posture import Posture, RodPosture, Verification
+    from softlimb.scenes import Scene, load_scene
+    from softlimb.sweep import Batch
+    from softlimb.tube import Fibres, Layer, Tube, TubeState
 
 __all__ = [
+    "Batch",
     "Fibres",
     "Gent",
     "Layer",
@@ -33,13 +42,35 @@ __all__ = [
     "fit_uniaxial",
     "load_scene",
     "materials",
+    "measured",
+    "plot",
     "presets",
     "read_tensile_csv",
     "units",
 ]
 
+_MODULES = ("materials", "measured", "plot", "presets")
+_HOME = {
+    "_core": ("Gent", "MooneyRivlin", "NeoHookean", "Ogden", "Section", "Yeoh"),
+    "limb": ("Limb", "Plate", "Rod", "Segment"),
+    "materials": ("fit_uniaxial", "read_tensile_csv"),
+    "posture": ("Posture", "RodPosture", "Verification"),
+    "scenes": ("Scene", "load_scene"),
+    "sweep": ("Batch",),
+    "tube": ("Fibres", "Layer", "Tube", "TubeState"),
+}
+
 
 def __getattr__(name: str) -> object:
-    if name in ("fit_uniaxial", "read_tensile_csv"):  # loaded when first asked for, see softlimb.materials
-        return getattr(materials, name)
+    if name in _MODULES:
+        return import_module(f"softlimb.{name}")
+    for module, names in _HOME.items():
+        if name in names:
+            found: object = getattr(import_module(f"softlimb.{module}"), name)
+            globals()[name] = found
+            return found
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

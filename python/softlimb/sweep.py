@@ -186,7 +186,7 @@ def sweep(limb: Limb, pressures: ArrayLike, *, progress: bool = True, **scene: A
     Parameters
     ----------
     limb : Limb
-    pressures : array_like, shape (N, A)
+    pressures : array_like, shape (N, A) or (N, J, n)
         Gauge pressures [Pa], flat order.
     progress : bool
         Show a progress bar when tqdm is installed.
@@ -205,6 +205,9 @@ def sweep(limb: Limb, pressures: ArrayLike, *, progress: bool = True, **scene: A
     """
     rows = np.array(pressures, dtype=float)
     actuators = len(_actuator_names(limb))
+    counts = {len(segment.actuators) for segment in limb.segments}
+    if rows.ndim == 3 and len(counts) == 1 and rows.shape[1:] == (len(limb.segments), *counts):
+        rows = rows.reshape(len(rows), actuators)
     if rows.ndim != 2 or rows.shape[1] != actuators:
         raise ValueError(
             f"pressures has shape {rows.shape} but the limb has {actuators} actuators: expected (N, {actuators})"

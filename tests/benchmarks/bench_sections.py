@@ -8,6 +8,7 @@ ratio to the tangent section's in the same run. Run: python tests/benchmarks/ben
 import platform
 import statistics
 import time
+from functools import partial
 
 import numpy as np
 
@@ -29,18 +30,19 @@ def main():
     print(f"{'scene':<24}{'section':<11}{'off [mm]':>9}{'off [%]':>9}{'time':>24}{'ratio':>7}")
     for name in available_scenes():
         scene = load_scene(name)
-        if scene.pressures is None:
-            scene_pressures = scene.sweep_pressures()[-1]
-        else:
-            scene_pressures = scene.pressures
+        pressures = scene.sweep_pressures()[-1] if scene.pressures is None else scene.pressures
+
+        def solve(section, scene=scene, pressures=pressures):
+            return scene.solve(pressures, section=section)
+
         postures, times = {}, {section: [] for section in SECTIONS}
         for section in SECTIONS:
-            posture = scene.solve(scene_pressures, section=section)
+            posture = solve(section)
             assert posture.success and posture.verify().success, (name, section, posture.message)
             postures[section] = posture
         for _ in range(RUNS):
             for section in SECTIONS:  # in turn, so that a drifting machine drifts for all
-                times[section].append(timed(lambda s=section: scene.solve(scene_pressures, section=s)))
+                times[section].append(timed(partial(solve, section)))
         reference = postures["nonlinear"].tip[:3, 3]
         base = statistics.median(times["tangent"])
         for section in SECTIONS:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "softlimb/largest.hpp"
 #include "softlimb/limb/start.hpp"
 
 namespace softlimb::limb {
@@ -150,6 +151,18 @@ bool Equilibrium::check_finer(const Shape& shape) {
     return true;
 }
 
+double Equilibrium::largest_move(double length) const {
+    double largest = 0.0;
+    const auto include = [&](const Vector6& x) {
+        grow(largest, x.head<3>().norm() / length);
+        grow(largest, x.tail<3>().norm());
+    };
+    for (const Vector6& x : moves_) include(x);
+    for (const auto& nodes : node_moves_)
+        for (const Vector6& x : nodes) include(x);
+    return largest;
+}
+
 double Equilibrium::step_size(const Shape& shape) const {
     // Translations count relative to the limb, rotations in radians. A wrench a thousand times less: it enters the tip
     // through the compliance, but a stiff rod may still push its error of position into a force.
@@ -159,28 +172,17 @@ double Equilibrium::step_size(const Shape& shape) const {
         floor_moment = std::max(floor_moment, rod.section.bending / rod.rest_length);
         floor_force = std::max(floor_force, rod.section.bending / (rod.rest_length * rod.rest_length));
     }
-    double size = 0.0;
-    const auto grow = [&](const Vector6& x) {
-        size = std::max({size, x.head<3>().norm() / geometry_.length, x.tail<3>().norm()});
-    };
-    for (const Vector6& x : moves_) grow(x);
-    for (const auto& nodes : node_moves_)
-        for (const Vector6& x : nodes) grow(x);
+    double size = largest_move(geometry_.length);
     for (const auto& wrenches : wrench_moves_)
-        for (const Vector6& w : wrenches)
-            size = std::max({size, 1e-3 * w.head<3>().norm() / std::max(force, floor_force),
-                             1e-3 * w.tail<3>().norm() / std::max(moment, floor_moment)});
+        for (const Vector6& w : wrenches) {
+            grow(size, 1e-3 * w.head<3>().norm() / std::max(force, floor_force));
+            grow(size, 1e-3 * w.tail<3>().norm() / std::max(moment, floor_moment));
+        }
     return size;
 }
 
 double Equilibrium::bounded_factor(double largest_turn) const {
-    double turn = 0.0;
-    const auto grow = [&](const Vector6& x) {
-        turn = std::max({turn, x.head<3>().norm() / length_scale_, x.tail<3>().norm()});
-    };
-    for (const Vector6& x : moves_) grow(x);
-    for (const auto& nodes : node_moves_)
-        for (const Vector6& x : nodes) grow(x);
+    const double turn = largest_move(length_scale_);
     return turn > largest_turn ? largest_turn / turn : 1.0;
 }
 
@@ -211,12 +213,14 @@ double Equilibrium::relative_residual(const Shape& shape) const {
     double residual = 0.0;
     for (int j = 0; j < geometry_.plates(); ++j) {
         const Vector6 r = balance_.projector(j) * balance_.full_residual()[j];
-        residual = std::max({residual, r.head<3>().norm() / force, r.tail<3>().norm() / moment});
+        grow(residual, r.head<3>().norm() / force);
+        grow(residual, r.tail<3>().norm() / moment);
     }
     for (std::size_t i = 0; i < shape.rods.size(); ++i)
-        for (const auto& element : exact_[i])
-            residual = std::max({residual, element.gap().head<3>().norm() / geometry_.length,
-                                 element.gap().tail<3>().norm()});
+        for (const auto& element : exact_[i]) {
+            grow(residual, element.gap().head<3>().norm() / geometry_.length);
+            grow(residual, element.gap().tail<3>().norm());
+        }
     return residual;
 }
 
@@ -254,6 +258,10 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings) {
         }
         const double error = step_size(shape);
         report.error_estimate = error;
+        if (!std::isfinite(error)) {
+            report.status = SolveStatus::not_finite;
+            return report;
+        }
         // Rounding sets a floor: a Newton step below 1e-11 that no longer shrinks is as good as doubles get.
         if (error <= settings.tolerance) {
             apply(1.0, shape);

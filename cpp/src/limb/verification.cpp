@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "softlimb/largest.hpp"
 #include "softlimb/limb/posture.hpp"
 
 namespace softlimb::limb {
@@ -75,9 +76,6 @@ Verification verify(const Posture& posture) {
             moment = std::max(moment, w.tail<3>().norm());
         }
     }
-    // A comparison that a NaN cannot pass silently.
-    const auto grow = [](double& error, double value) { error = value <= error ? error : value; };
-
     std::vector<Vector3> plate_force(geometry.plates(), Vector3::Zero());
     std::vector<Vector3> plate_moment(geometry.plates(), Vector3::Zero());
     int i = 0;

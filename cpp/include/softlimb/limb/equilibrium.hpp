@@ -65,6 +65,7 @@ private:
     bool linearise(const Shape& shape);
     bool check_finer(const Shape& shape);
     void propose(const Shape& shape);
+    double largest_move(double length) const;  // translations by `length`, rotations in radians
     double step_size(const Shape& shape) const;
     double bounded_factor(double largest_turn) const;
     void apply(double factor, Shape& shape);
