@@ -409,7 +409,7 @@ ValueError
              py::arg("stretch"), py::arg("volume"), py::arg("twist"),
              "Scaled wall energy with gradient (l, w, t) and Hessian (ll, lw, lt, ww, wt, tt) [Pa], for tests.")
         .def("__eq__", [](const Tube& a, const Tube& b) { return a == b; }, py::is_operator())
-        .def("__hash__", [](const Tube& a) { return py::hash(py::make_tuple(a.length(), a.mass(), a.layers())); });
+        .def("__hash__", [](const Tube& a) { return py::hash(py::make_tuple(a.length(), a.mass(), py::tuple(py::cast(a.layers())))); });
     m.def("axial_strain",
           [](const Section& section, double force) {
               double strain, compliance;

@@ -197,7 +197,7 @@ class TubeState:
 
     def flag(self, name: str) -> Any:
         """Is a remark made? Names: ``law_out_of_range``, ``locking``, ``slack_fibres``, ``near_ballooning``,
-        ``negative_pressure``, ``unstable``.
+        ``negative_pressure``, ``unstable``, ``near_law_limit``.
 
         Raises
         ------
@@ -296,6 +296,7 @@ FLAGS = {
     "near_ballooning": 8,
     "negative_pressure": 16,
     "unstable": 32,
+    "near_law_limit": 64,
 }
 
 
@@ -419,8 +420,9 @@ class Tube(_core.Tube):
         if thread not in ("smeared", "layer"):
             raise ValueError(f'thread must be "smeared" or "layer", got {thread!r}')
         if thread_diameter > outer - middle:
+            thickness = f"{outer - middle:.6g}"
             raise ValueError(
-                f"thread_diameter must be at most the thickness of the skin, {outer - middle:.6g}, got {thread_diameter!r}"
+                f"thread_diameter must be at most the thickness of the skin, {thickness}, got {thread_diameter!r}"
             )
         face = outer if thread == "smeared" else middle + thread_diameter
         wound = _core.thread_geometry(
@@ -466,8 +468,9 @@ class Tube(_core.Tube):
         try:
             p, f, t = np.broadcast_arrays(p, f, t)
         except ValueError as error:
+            shapes = f"{p.shape}, {f.shape}, {t.shape}"
             raise ValueError(
-                f"pressure, axial_force and torque have shapes {p.shape}, {f.shape}, {t.shape}, which do not fit together"
+                f"pressure, axial_force and torque have shapes {shapes}, which do not fit together"
             ) from error
         if model == "paper_reduced" and (np.any(f != 0.0) or np.any(t != 0.0)):
             raise ValueError('model "paper_reduced" knows no axial force and no torque: both must be zero')

@@ -133,6 +133,9 @@ unsigned Tube::flags_of(const Shape<double>& q, double pressure) const {
     if (locking_share_ > locking_threshold) flags |= locking;
     if (has_limit() && pressure > ballooning_margin * limit_pressure()) flags |= near_ballooning;
     if (pressure < 0.0) flags |= negative_pressure;
+    for (const WallLayer& layer : wall_.layers())
+        if (const auto* gent = std::get_if<materials::Gent>(&layer.law))
+            if (wall_.largest_invariant(q) > 0.9 * gent->jm) flags |= near_law_limit;
     if (wall_.tension_only() && (pressure != 0.0 || q.stretch != 1.0 || q.twist != 0.0)) {
         for (const WallLayer& layer : wall_.layers())
             for (const WallFamily& family : layer.families)
@@ -156,7 +159,6 @@ TubeState Tube::state_of(const Equilibrium& at, const WallLoads& loads) const {
     state.status = at.status;
     state.iterations = at.iterations;
     state.flags = flags_of(at.shape, loads.pressure);
-    if (has_limit() && loads.force == 0.0 && loads.torque == 0.0) state.limit_pressure = limit_pressure();
 
     if (options_.ends == Ends::free && (e.h_lt != 0.0 || e.h_wt != 0.0)) {
         Eigen::Matrix3d h;
@@ -230,7 +232,7 @@ Equilibrium follow(const Wall& wall, WallLoads loads, Freedom free, PathPoint fr
 
 }  // namespace
 
-Equilibrium Tube::solve_unloaded(double pressure) const {
+Equilibrium Tube::solve_unloaded(double pressure, double* limit) const {
     const WallLoads loads{0.0, pressure, 0.0};
     if (pressure == 0.0) {
         const Shape<double> rest;
@@ -243,9 +245,11 @@ Equilibrium Tube::solve_unloaded(double pressure) const {
         const Shape<double> last = path_.last().shape;
         return {last, wall_.energy(last), SolveStatus::limit_point, true, 0};
     }
-    double limit = 0.0;
+    double reached = 0.0;
     const PathPoint from = pressure > 0.0 && !path_.covers(pressure) ? path_.last() : path_.points().front();
-    return follow(wall_, loads, freedom(), from, pressure_scale_, limit);
+    const Equilibrium at = follow(wall_, loads, freedom(), from, pressure_scale_, reached);
+    if (limit && reached != 0.0) *limit = reached;
+    return at;
 }
 
 bool Tube::loaded_rest(const WallLoads& loads, Equilibrium& at) const {
@@ -275,9 +279,9 @@ TubeState Tube::inflate(double pressure, double axial_force, double torque) cons
         reject("torque", torque, "zero: bonded ends do not turn and carry any torque themselves");
     const WallLoads loads{axial_force / area_scale_, pressure, torque / (area_scale_ * inner_radius())};
     if (axial_force == 0.0 && torque == 0.0) {
-        const Equilibrium at = solve_unloaded(pressure);
-        TubeState state = state_of(at, loads);
-        if (at.status == SolveStatus::limit_point) state.success = false;
+        double limit = has_limit() ? limit_pressure() : 0.0;
+        TubeState state = state_of(solve_unloaded(pressure, &limit), loads);
+        state.limit_pressure = limit;
         return state;
     }
     const Shape<double> start = path_.covers(pressure) ? path_.guess(pressure) : Shape<double>{};
@@ -487,8 +491,11 @@ std::vector<double> Tube::pressures_at_stretch(double stretch) const {
     for (std::size_t i = 0; i + 1 < points.size(); ++i) {
         const PathPoint &a = points[i], &b = points[i + 1];
         if (!between(stretch, a.shape.stretch, b.shape.stretch) || stretch == b.shape.stretch) continue;
-        PathPoint at;
-        if (advance(wall_, {}, freedom(), a, volume_at_stretch(a, b, stretch), at)) pressures.push_back(at.pressure);
+        PathPoint near;
+        if (!advance(wall_, {}, freedom(), a, volume_at_stretch(a, b, stretch), near)) continue;
+        WallLoads loads{0.0, near.pressure, 0.0};
+        const Equilibrium at = actuator::at_stretch(wall_, stretch, loads, near.shape, freedom());
+        pressures.push_back(at.converged() ? loads.pressure : near.pressure);
     }
     if (!pressures.empty()) pressures.erase(pressures.begin());
     return pressures;

@@ -1,6 +1,8 @@
 // The section that a tube hands to a rod. Source: cpp/MECHANICS.md, "Section".
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "softlimb/actuator/tube.hpp"
@@ -62,10 +64,10 @@ void fill(Section& section, const SectionValues<double>& s) {
     section.axial_law.coefficient[0] = 1.0 / s.axial;
 }
 
-/// Degrees that the nonlinear law tries in turn.
-constexpr std::array<int, 3> degrees{7, 11, 15};
-// The law covers -0.3 to 0.5 EA: more than a rod meets in a limb, short of where a tube folds.
-constexpr double lowest = -0.3, highest = 0.5;
+// The law covers -0.12 to 0.2 EA, strains of about -0.1 to 0.23: more than a rod meets in a limb (0.054 in the paper's
+// complex posture). Degree 12 then leaves about 1e-10 of strain; twice the range would leave 1e-6.
+constexpr int law_degree = 12;
+constexpr double lowest = -0.12, highest = 0.2;
 constexpr double node_of_rest = -(highest + lowest) / (highest - lowest);
 
 /// Nodes on [-1, 1] with the unloaded tube among them, and the matrix that takes values at the nodes to coefficients
@@ -97,10 +99,35 @@ struct Interpolation {
     }
 };
 
-const std::array<Interpolation, degrees.size()>& interpolations() {
-    static const std::array<Interpolation, degrees.size()> all{Interpolation(degrees[0]), Interpolation(degrees[1]),
-                                                               Interpolation(degrees[2])};
-    return all;
+struct Node {
+    double value, slope;  // strain over force, and its derivative to the pressure
+    Shape<double> shape;
+    bool good;
+};
+
+using Nodes = std::array<Node, AxialLaw::max_degree + 1>;
+
+/// Shape at node i by Lagrange's polynomial through up to three nodes before it.
+Shape<double> extrapolated(const Interpolation& rule, const Nodes& nodes, int i, int direction, int known) {
+    const int count = std::min(known, 3);
+    Shape<double> sum{0.0, 0.0, 0.0};
+    for (int a = 1; a <= count; ++a) {
+        const int at = i - a * direction;
+        double weight = 1.0;
+        for (int b = 1; b <= count; ++b) {
+            const int other = i - b * direction;
+            if (a != b) weight *= (rule.node[i] - rule.node[other]) / (rule.node[at] - rule.node[other]);
+        }
+        sum.stretch += weight * nodes[at].shape.stretch;
+        sum.volume += weight * nodes[at].shape.volume;
+        sum.twist += weight * nodes[at].shape.twist;
+    }
+    return sum;
+}
+
+const Interpolation& interpolation() {
+    static const Interpolation rule(law_degree);
+    return rule;
 }
 
 }  // namespace
@@ -174,11 +201,6 @@ void Tube::nonlinear_law(const Equilibrium& rest, double pressure, Valve valve, 
     double l_p = 0.0, w_p = 1.0, t_p = 0.0;
     if (derivative) Factor(rest.energy, freedom()).solve(l_p, w_p, t_p);
     const double d_rest_stretch = l_p, d_rest_volume = w_p;
-    struct Node {
-        double value, slope;
-        Shape<double> shape;
-        bool good;
-    };
     const auto solve_at = [&](double force, const Shape<double>& start) {
         const WallLoads loads{force / area_scale_, pressure, 0.0};
         const Equilibrium at = relax(wall_, loads, start, free);
@@ -197,61 +219,51 @@ void Tube::nonlinear_law(const Equilibrium& rest, double pressure, Valve valve, 
         return node;
     };
 
-    const double start_l = section.axial_law.coefficient[0], start_slope = out.d_section.axial_law.coefficient[0];
-    for (double half_range = 0.5 * (highest - lowest) * section.axial; half_range > 1e-3 * section.axial;
-         half_range *= 0.6) {
+    const Interpolation& rule = interpolation();
+    constexpr double shortest = 1e-3;
+    // Fibres that go slack give the curve corners in its third derivative, and a tube locked in volume may be close to
+    // another mode of instability: there the range shrinks until the interpolation is good.
+    const bool may_be_rough = wall_.tension_only() || valve == Valve::locked;
+    // A tube that folds inside the range gets a shorter one; the stiffness at rest remains if none is short enough.
+    // Measured by EA at constant pressure: locked in volume a tube is many times stiffer, but the forces are the limb's.
+    const double scale = section.bending * linear_axial_ / linear_bending_;
+    for (double half_range = 0.5 * (highest - lowest) * scale; half_range > shortest * scale; half_range *= 0.6) {
         const double centre = -node_of_rest * half_range;
+        Nodes nodes;
+        nodes[rule.rest] = {section.axial_law.coefficient[0], out.d_section.axial_law.coefficient[0], rest.shape, true};
         bool reached = true;
-        for (const Interpolation& rule : interpolations()) {
-            std::array<double, AxialLaw::max_degree + 1> value{}, slope{};
-            std::array<Node, AxialLaw::max_degree + 1> nodes;
-            value[rule.rest] = start_l, slope[rule.rest] = start_slope;
-            nodes[rule.rest] = {start_l, start_slope, rest.shape, true};
-            // Outwards from the unloaded tube, each start extrapolated from the two nodes before it.
-            for (const int direction : {1, -1}) {
-                for (int i = rule.rest + direction; reached && i >= 0 && i < rule.count; i += direction) {
-                    const Node& last = nodes[i - direction];
-                    Shape<double> start = last.shape;
-                    const int before = i - 2 * direction;
-                    if ((i - direction) != rule.rest) {
-                        const double ratio = (rule.node[i] - rule.node[i - direction]) /
-                                             (rule.node[i - direction] - rule.node[before]);
-                        const Shape<double>& b = nodes[before].shape;
-                        start.stretch += ratio * (start.stretch - b.stretch);
-                        start.volume += ratio * (start.volume - b.volume);
-                        start.twist += ratio * (start.twist - b.twist);
-                    }
-                    nodes[i] = solve_at(centre + half_range * rule.node[i], start);
-                    value[i] = nodes[i].value, slope[i] = nodes[i].slope;
-                    reached = nodes[i].good;
-                }
+        // Outwards from the unloaded tube, each start extrapolated from up to three nodes before it.
+        for (const int direction : {1, -1})
+            for (int i = rule.rest + direction; reached && i >= 0 && i < rule.count; i += direction) {
+                const int known = std::abs(i - rule.rest);
+                nodes[i] = solve_at(centre + half_range * rule.node[i], extrapolated(rule, nodes, i, direction, known));
+                reached = nodes[i].good;
             }
-            if (!reached) break;
-            AxialLaw law;
-            law.degree = rule.count - 1, law.centre = centre, law.half_range = half_range;
-            AxialLaw d_law = law;
-            for (int k = 0; k < rule.count; ++k) {
-                double sum = 0.0, d_sum = 0.0;
-                for (int i = 0; i < rule.count; ++i) {
-                    sum += rule.power[k][i] * value[i];
-                    d_sum += rule.power[k][i] * slope[i];
-                }
-                law.coefficient[k] = sum, d_law.coefficient[k] = d_sum;
+        if (!reached) continue;
+        AxialLaw law, d_law;
+        law.degree = law_degree, law.centre = centre, law.half_range = half_range;
+        d_law = law;
+        for (int k = 0; k < rule.count; ++k)
+            for (int i = 0; i < rule.count; ++i) {
+                law.coefficient[k] += rule.power[k][i] * nodes[i].value;
+                d_law.coefficient[k] += rule.power[k][i] * nodes[i].slope;
             }
-            // Two forces between nodes near the ends, where an interpolation is worst, judge it.
+        if (may_be_rough && half_range * 0.6 > shortest * scale) {
+            // Halfway between the outermost nodes an interpolation is worst.
             double error = 0.0;
             for (const int i : {0, rule.count - 2}) {
                 const double force = centre + half_range * 0.5 * (rule.node[i] + rule.node[i + 1]);
+                const Node exact = solve_at(force, nodes[i].shape);
                 double strain, compliance;
                 axial_strain(law, force, strain, compliance);
-                error = std::max(error, std::abs(strain - force * solve_at(force, nodes[i].shape).value));
+                error = std::max(error, std::abs(strain / (force * exact.value) - 1.0));
             }
-            out.section.axial_law = law;
-            if (derivative) out.d_section.axial_law = d_law;
-            if (error <= 1e-10) return;
+            constexpr double tolerable = 1e-3;
+            if (!(error <= tolerable)) continue;
         }
-        // A tube that folds inside the range gets a shorter one; one that only needs a higher degree keeps the last.
-        if (reached) return;
+        out.section.axial_law = law;
+        if (derivative) out.d_section.axial_law = d_law;
+        return;
     }
 }
 

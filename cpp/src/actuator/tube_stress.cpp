@@ -157,6 +157,8 @@ std::vector<std::string> Tube::remarks(const TubeState& state) const {
     if (state.flags & law_out_of_range)
         say("a stretch in the wall is beyond the range that a material law was fitted to, by a strain of ",
             largest_strain_excess(state.shape));
+    if (state.flags & near_law_limit)
+        say("Gent's law is close to its limit: the answer has four to six digits there");
     if (state.flags & locking)
         say("fibres lock: two-way fibres smeared over a thick layer hold each other, which takes ",
             100.0 * locking_share_, " % of the pressure's work; consider a thin layer of fibres or tension_only=True");

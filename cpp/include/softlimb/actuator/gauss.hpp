@@ -5,7 +5,7 @@
 namespace softlimb::actuator {
 
 struct GaussRule {
-    static constexpr int max_points = 24;
+    static constexpr int max_points = 32;
     int points = 0;
     std::array<double, max_points> node{}, weight{};
 };

@@ -27,6 +27,7 @@ enum TubeFlag : unsigned {
     near_ballooning = 1u << 3,     // above nine tenths of the limit pressure
     negative_pressure = 1u << 4,   // outside the range the model is meant for
     unstable = 1u << 5,            // an equilibrium that would not stay under given pressure
+    near_law_limit = 1u << 6,      // a Gent law beyond nine tenths of its limit: the integral through the wall loses digits
 };
 
 struct TubeOptions {
@@ -136,7 +137,8 @@ private:
     bool loaded_rest(const WallLoads& loads, Equilibrium& at) const;
     unsigned flags_of(const Shape<double>& q, double pressure) const;
     double largest_strain_excess(const Shape<double>& q) const;
-    Equilibrium solve_unloaded(double pressure) const;
+    /// `limit` receives the pressure where stability was lost on the way.
+    Equilibrium solve_unloaded(double pressure, double* limit = nullptr) const;
     double measure_locking() const;
     /// Pressure below which a tension-only tube behaves as in the limit from above [Pa].
     double smallest_pressure() const { return 1e-6 * pressure_scale_; }

@@ -11,6 +11,7 @@
 // energy = integral of W ds [Pa]; the energy per reference length is pi R_i^2 times that. Its gradient balances
 //   (F / (pi R_i^2), P, M / (pi R_i^3)).
 // Source: cpp/MECHANICS.md, "Actuator".
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <variant>
@@ -51,7 +52,7 @@ struct WallLayer {
     materials::AnyLaw law;
     double silicone;       // fraction of the volume
     double x_in, x_out;    // ln s at its faces
-    std::vector<WallPoint> points;
+    std::vector<WallPoint> points, fine_points;
     std::vector<WallFamily> families;
 };
 
@@ -68,6 +69,16 @@ public:
     /// True when every family has its mirror image: such a tube does not twist by itself.
     bool balanced() const { return balanced_; }
 
+    /// Larger one of I1 - 3 at the two faces of the tube.
+    double largest_invariant(const Shape<double>& q) const {
+        const auto at = [&](double s) {
+            const double e = s + q.volume - 1.0;
+            return s / (e * q.stretch) + e / q.stretch * (1.0 / s + q.twist * q.twist) + q.stretch * q.stretch - 3.0;
+        };
+        return std::max(at(1.0), at(s_out_));
+    }
+    /// True where the strain asks for the finer set of points.
+    bool strained(const Shape<double>& q) const { return !(largest_invariant(q) < fine_from_); }
     /// Gauss points for a layer between ln s = x_in and x_out.
     static int points_for(double x_in, double x_out);
 
@@ -94,7 +105,8 @@ private:
     std::vector<WallLayer> layers_;
     bool tension_only_;
     bool balanced_ = true;
-    GaussRule slack_rule_;
+    double s_out_, fine_from_;  // I1 - 3 from which the finer points serve
+    GaussRule slack_rule_, fine_slack_rule_;
 };
 
 namespace detail {
@@ -123,9 +135,10 @@ struct ShapeTerms {
 
 /// Silicone of one layer. The chain rule from (a, t) to (lz, w, gamma), written out.
 template <bool twisted, class Law, class S>
-inline void add_silicone(const Law& law, const WallLayer& layer, const ShapeTerms<S>& q, WallEnergy<S>& e) {
+inline void add_silicone(const Law& law, const WallLayer& layer, const std::vector<WallPoint>& points,
+                         const ShapeTerms<S>& q, WallEnergy<S>& e) {
     const S two_l = 2.0 * q.l;
-    for (const WallPoint& p : layer.points) {
+    for (const WallPoint& p : points) {
         const double weight = p.weight * layer.silicone;
         const S inverse_e = 1.0 / (q.d + p.s);
         const S rho = (q.d + p.s) * q.inverse_l;
@@ -226,7 +239,7 @@ void Wall::add_partly_slack(const WallLayer& layer, const WallFamily& family, co
     const TautParts parts = taut_parts(layer, family, at);
     const detail::ShapeTerms<S> terms(q);
     if (parts.whole) {
-        for (const WallPoint& p : layer.points)
+        for (const WallPoint& p : strained(at) ? layer.fine_points : layer.points)
             detail::add_fibre<true>(terms, p.s, p.inverse_r, family.cosine, family.sine, family.stiffness * p.weight, e);
         return;
     }
@@ -239,14 +252,15 @@ void Wall::add_partly_slack(const WallLayer& layer, const WallFamily& family, co
         }
         return end;
     };
+    const GaussRule& rule = strained(at) ? fine_slack_rule_ : slack_rule_;
     for (int part = 0; part < parts.count; ++part) {
         const S from = boundary(parts.from[part], parts.moving_from[part]);
         const S to = boundary(parts.to[part], parts.moving_to[part]);
         const S middle = 0.5 * (from + to), half = 0.5 * (to - from);
-        for (int i = 0; i < slack_rule_.points; ++i) {
-            const S x = middle + half * slack_rule_.node[i];
+        for (int i = 0; i < rule.points; ++i) {
+            const S x = middle + half * rule.node[i];
             const S s = exp(x), inverse_r = exp(-0.5 * x);
-            const S force = family.stiffness * slack_rule_.weight[i] * half * s;
+            const S force = family.stiffness * rule.weight[i] * half * s;
             detail::add_fibre<true>(terms, s, inverse_r, family.cosine, family.sine, force, e);
         }
     }
@@ -256,11 +270,13 @@ template <bool twisted, class S>
 WallEnergy<S> Wall::sum(const Shape<S>& q) const {
     WallEnergy<S> e;
     const detail::ShapeTerms<S> terms(q);
+    const bool fine = strained(detail::plain(q));
     for (const WallLayer& layer : layers_) {
-        std::visit([&](const auto& law) { detail::add_silicone<twisted>(law, layer, terms, e); }, layer.law);
+        const std::vector<WallPoint>& points = fine ? layer.fine_points : layer.points;
+        std::visit([&](const auto& law) { detail::add_silicone<twisted>(law, layer, points, terms, e); }, layer.law);
         for (const WallFamily& family : layer.families) {
             if (!tension_only_) {
-                for (const WallPoint& p : layer.points)
+                for (const WallPoint& p : points)
                     detail::add_family<twisted>(terms, p.s, p.inverse_r, family, family.stiffness * p.weight, e);
             } else if (!family.mirrored) {
                 add_partly_slack<twisted>(layer, family, q, e);

@@ -1,0 +1,99 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import softlimb as sl
+from tube_examples import DRAGON_SKIN, SMOOTHSIL, proximal, unequal
+
+nan = float("nan")
+core = sl.Layer(0.01, 0.012, DRAGON_SKIN)
+
+
+def wound(**changes: Any) -> sl.Tube:
+    given: dict[str, Any] = {"length": 0.2, "radii": (0.018, 0.0205, 0.0215), "core": DRAGON_SKIN, "skin": SMOOTHSIL,
+                             "thread_diameter": 0.18e-3, "pitch": 3e-3}
+    return sl.Tube.fibre_reinforced(**{**given, **changes})
+
+
+BAD: list[tuple[Callable[[], Any], str]] = [
+    (lambda: sl.Fibres(angle=88.67, stiffness=1e8), r"within \[-pi/2, pi/2\], got 88.67 \(was it given in degrees"),
+    (lambda: sl.Fibres(angle=nan, stiffness=1e8), "fibre angle must be finite"),
+    (lambda: sl.Fibres(angle=0.1, stiffness=-1.0), "fibre stiffness must be finite and not negative, got -1"),
+    (lambda: sl.Fibres(angle=0.1), "either stiffness, or both modulus and fraction"),
+    (lambda: sl.Fibres(angle=0.1, modulus=1e9), "both modulus and fraction"),
+    (lambda: sl.Fibres(angle=0.1, stiffness=1e8, fraction=0.1), "not both"),
+    (lambda: sl.Fibres(angle=0.1, modulus=1e9, fraction=1.2), r"fibre fraction must be within \[0, 1\], got 1.2"),
+    (lambda: sl.Fibres(angle=0.1, modulus=0.0, fraction=0.2), "fibre modulus must be finite and positive"),
+    (lambda: sl.Layer(0.012, 0.01, DRAGON_SKIN),
+     "outer radius of a layer must be larger than its inner radius, got 0.01"),
+    (lambda: sl.Layer(0.0, 0.01, DRAGON_SKIN), "inner radius of a layer must be finite and positive, got 0"),
+    (lambda: sl.Layer(nan, 0.01, DRAGON_SKIN), "inner radius"),
+    (lambda: sl.Layer(0.01, 0.012, DRAGON_SKIN, fibres=sl.Fibres.pair(angle=0.1, modulus=1e9, fraction=0.6)),
+     "sum of the fibre fractions of a layer must be below 1, got 1.2"),
+    (lambda: sl.Tube(0.0, [core]), "length must be finite and positive, got 0"),
+    (lambda: sl.Tube(-0.2, [core]), "length must be finite and positive, got -0.2"),
+    (lambda: sl.Tube(nan, [core]), "length must be finite"),
+    (lambda: sl.Tube(0.2, []), "at least one layer"),
+    (lambda: sl.Tube(0.2, [core, sl.Layer(0.013, 0.014, DRAGON_SKIN)]), "layers must adjoin.*layer 1 begins at 0.013"),
+    (lambda: sl.Tube(0.2, [core, sl.Layer(0.008, 0.01, DRAGON_SKIN)]), "layers must adjoin"),
+    (lambda: sl.Tube(0.2, [core], mass=0.0), "mass must be finite and positive, got 0"),
+    (lambda: sl.Tube(0.2, [core], mass=nan), "mass"),
+    (lambda: sl.Tube(0.2, [core], ends="glued"), 'ends must be one of "free", "bonded", got "glued"'),
+    (lambda: sl.Tube(0.2, [core], cap_length=0.1), "cap_length must be below half the length"),
+    (lambda: sl.Tube(0.2, [core], cap_length=-0.1), "cap_length"),
+    (lambda: wound(radii=(0.018, 0.0205)), "radii must be three numbers"),
+    (lambda: wound(radii=(0.0205, 0.018, 0.0215)), "radii must be positive and ascending"),
+    (lambda: wound(pitch=0.0), "pitch must be finite and positive"),
+    (lambda: wound(pitch=1e-4), "thread_diameter must be at most the pitch"),
+    (lambda: wound(thread_diameter=2e-3), "thread_diameter must be at most the thickness of the skin"),
+    (lambda: wound(thread="wound"), 'thread must be "smeared" or "layer", got \'wound\''),
+    (lambda: wound(angle=1.9), "was it given in degrees"),
+    (lambda: proximal().inflate(nan), "pressure must be finite, got nan"),
+    (lambda: proximal().inflate([1e3, np.inf]), "pressure must be finite, got inf at index 1"),
+    (lambda: proximal().inflate("much"), "pressure must be a number"),
+    (lambda: proximal().inflate([1e3, 2e3], [1.0, 2.0, 3.0]), "do not fit together"),
+    (lambda: proximal().inflate(1e3, nan), "axial_force must be finite"),
+    (lambda: proximal().inflate(1e3, model="thin"), 'model must be "thick" or "paper_reduced", got \'thin\''),
+    (lambda: proximal().inflate(1e3, 1.0, model="paper_reduced"), "no axial force"),
+    (lambda: unequal(ends="bonded").inflate(1e3, torque=1.0), "torque must be zero: bonded ends"),
+    (lambda: proximal().pressure_for(-1.0), "stretch must be positive, got -1"),
+    (lambda: proximal().pressure_for(nan), "stretch must be finite"),
+    (lambda: proximal().inflate_volume(), "either volume or inner_radius"),
+    (lambda: proximal().inflate_volume(0.0), "volume must be positive"),
+    (lambda: proximal().section([1e3, 2e3]), "pressure must be one number"),  # type: ignore[arg-type]
+    (lambda: proximal().section(1e3, model="secant"), 'section model must be one of "tangent"'),  # type: ignore[arg-type]
+    (lambda: proximal().section(1e3, valve="shut"), 'valve must be one of "open", "locked"'),  # type: ignore[arg-type]
+    (lambda: proximal().inflate(1e3).stress(0.03), "radius must be within the deformed wall"),
+    (lambda: proximal().inflate([1e3, 2e3]).stress(), r"take state\[i\] first"),
+    (lambda: proximal().inflate(1e3).flag("tired"), "flag name must be one of"),
+]
+
+
+@pytest.mark.parametrize("number", range(len(BAD)))
+def test_bad_input_is_named(number: int) -> None:
+    call, words = BAD[number]
+    with pytest.raises(ValueError, match=words):
+        call()
+
+
+def test_a_tube_does_not_change() -> None:
+    tube = proximal()
+    with pytest.raises(AttributeError):
+        tube.length = 0.3  # type: ignore[misc]
+    with pytest.raises(AttributeError):
+        core.inner = 0.02  # type: ignore[misc]
+
+
+def test_layers_that_adjoin_to_rounding_are_accepted() -> None:
+    sl.Tube(0.2, [sl.Layer(0.01, 0.1 + 0.2, DRAGON_SKIN), sl.Layer(0.3, 0.31, DRAGON_SKIN)])
+
+
+def test_texts_are_useful() -> None:
+    tube = proximal()
+    assert "Tube(length=0.2" in repr(tube) and "Fibres(angle=0.0232" in repr(tube)
+    assert "stretch=1.157" in repr(tube.inflate(55e3))
+    assert "all succeeded" in repr(tube.inflate([1e3, 2e3]))
