@@ -2,6 +2,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/typing.h>
 
+#include <algorithm>
 #include <cstring>
 #include <sstream>
 #include <string>
@@ -25,6 +26,15 @@ using Families = std::vector<Fibres>;
 /// States of one call, in the order of the arguments.
 struct TubeStates {
     std::vector<TubeState> states;
+
+    bool operator==(const TubeStates& other) const {
+        const auto same = [](const TubeState& x, const TubeState& y) {
+            return x.stretch == y.stretch && x.inner_radius == y.inner_radius && x.twist_rate == y.twist_rate &&
+                   x.pressure == y.pressure && x.axial_force == y.axial_force && x.torque == y.torque &&
+                   x.status == y.status && x.flags == y.flags && x.model == y.model;
+        };
+        return std::equal(states.begin(), states.end(), other.states.begin(), other.states.end(), same);
+    }
 };
 
 static_assert(std::is_trivially_copyable_v<TubeState>, "states are pickled as bytes");
@@ -125,10 +135,11 @@ Fibres fibres_of(double angle, std::optional<double> stiffness, std::optional<do
     return Fibres::with_fraction(angle, *modulus, *fraction);
 }
 
-py::tuple state_of(const Fibres& f) { return py::make_tuple(f.angle, f.stiffness, f.modulus, f.fraction); }
+State state_of(const Fibres& f) { return py::make_tuple(f.angle, f.stiffness, f.modulus, f.fraction); }
 
-Fibres fibres_from(const py::tuple& t) {
-    return {t[0].cast<double>(), t[1].cast<double>(), t[2].cast<double>(), t[3].cast<double>()};
+Fibres fibres_from(const State& t) {
+    const auto number = [&](int i) { return py::object(t[i]).cast<double>(); };
+    return {number(0), number(1), number(2), number(3)};
 }
 
 void bind_fibres(py::module_& m) {
@@ -168,7 +179,7 @@ ValueError
             "modulus", [](const Fibres& f) { return f.modulus > 0.0 ? std::optional(f.modulus) : std::nullopt; },
             "Modulus of the thread [Pa]; None when the stiffness was given.")
         .def_readonly("fraction", &Fibres::fraction, "Share of the layer's volume; 0 leaves the silicone whole.")
-        .def("__eq__", [](const Fibres& a, const Fibres& b) { return a == b; }, py::is_operator())
+        .def("__eq__", &equals<Fibres>, py::arg("other"))
         .def("__hash__", [](const Fibres& f) { return py::hash(state_of(f)); })
         .def("__repr__", [](const Fibres& f) { return text_of(f); })
         .def(py::pickle([](const Fibres& f) { return state_of(f); }, &fibres_from));
@@ -201,13 +212,13 @@ ValueError
         .def_readonly("law", &Layer::law, "Material law of the silicone.")
         .def_readonly("fibres", &Layer::fibres, "Fibre families (a new list).")
         .def_property_readonly("silicone_fraction", &Layer::silicone_fraction, "1 - sum of the fibre fractions.")
-        .def("__eq__", [](const Layer& a, const Layer& b) { return a == b; }, py::is_operator())
+        .def("__eq__", &equals<Layer>, py::arg("other"))
         .def("__hash__", [](const Layer& a) { return py::hash(py::make_tuple(a.inner, a.outer, py::cast(a.law))); })
         .def("__repr__", [](const Layer& layer) { return text_of(layer); })
-        .def(py::pickle([](const Layer& a) { return py::make_tuple(a.inner, a.outer, a.law, a.fibres); },
-                        [](const py::tuple& t) {
-                            return Layer{t[0].cast<double>(), t[1].cast<double>(), t[2].cast<materials::AnyLaw>(),
-                                         t[3].cast<Families>()};
+        .def(py::pickle([](const Layer& a) -> State { return py::make_tuple(a.inner, a.outer, a.law, a.fibres); },
+                        [](const State& t) {
+                            return Layer{py::object(t[0]).cast<double>(), py::object(t[1]).cast<double>(),
+                                         py::object(t[2]).cast<materials::AnyLaw>(), py::object(t[3]).cast<Families>()};
                         }));
 }
 
@@ -236,18 +247,7 @@ void bind_states(py::module_& m) {
              }, py::arg("index"))
         .def("one", [](const TubeStates& all, std::size_t i) { return TubeStates{{all.states.at(i)}}; },
              py::arg("index"))
-        .def("__eq__",
-             [](const TubeStates& a, const TubeStates& b) {
-                 return a.states.size() == b.states.size() &&
-                        std::equal(a.states.begin(), a.states.end(), b.states.begin(),
-                                   [](const TubeState& x, const TubeState& y) {
-                                       return x.stretch == y.stretch && x.inner_radius == y.inner_radius &&
-                                              x.twist_rate == y.twist_rate && x.pressure == y.pressure &&
-                                              x.axial_force == y.axial_force && x.torque == y.torque &&
-                                              x.status == y.status && x.flags == y.flags && x.model == y.model;
-                                   });
-             },
-             py::is_operator())
+        .def("__eq__", &equals<TubeStates>, py::arg("other"))
         .def(py::pickle(
             [](const TubeStates& all) {
                 return py::bytes(reinterpret_cast<const char*>(all.states.data()),
@@ -408,7 +408,7 @@ ValueError
              },
              py::arg("stretch"), py::arg("volume"), py::arg("twist"),
              "Scaled wall energy with gradient (l, w, t) and Hessian (ll, lw, lt, ww, wt, tt) [Pa], for tests.")
-        .def("__eq__", [](const Tube& a, const Tube& b) { return a == b; }, py::is_operator())
+        .def("__eq__", &equals<Tube>, py::arg("other"))
         .def("__hash__", [](const Tube& a) { return py::hash(py::make_tuple(a.length(), a.mass(), py::tuple(py::cast(a.layers())))); });
     m.def("axial_strain",
           [](const Section& section, double force) {

@@ -163,8 +163,8 @@ std::vector<std::string> Tube::remarks(const TubeState& state) const {
         say("fibres lock: two-way fibres smeared over a thick layer hold each other, which takes ",
             100.0 * locking_share_, " % of the pressure's work; consider a thin layer of fibres or tension_only=True");
     if (state.flags & slack_fibres) say("some fibres are slack");
-    if (state.flags & near_ballooning)
-        say("close to or beyond the limit pressure of about ", limit_pressure() * 1e-3, " kPa");
+    if (state.flags & near_ballooning && state.status != solve::SolveStatus::limit_point)
+        say("close to the limit pressure of about ", limit_pressure() * 1e-3, " kPa");
     if (state.flags & negative_pressure)
         say("negative pressure: the model does not know collapse of the wall; it is meant for pressures from zero up");
     if (state.flags & unstable) say("the equilibrium is unstable under given pressure");

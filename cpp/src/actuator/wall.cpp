@@ -5,6 +5,9 @@
 
 namespace softlimb::actuator {
 
+template WallEnergy<double> Wall::energy(const Shape<double>& q) const;
+template WallEnergy<Dual<1>> Wall::energy(const Shape<Dual<1>>& q) const;
+
 int Wall::points_for(double x_in, double x_out) {
     // In x = ln s the energy is analytic except where s + w - 1 = 0, a distance of at least pi off the real axis. The
     // error of n points is about e^(-2 n ln(sigma)), sigma the size of the ellipse through that singularity. Two

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # Lines that lie in one picture differ in dash and in lightness, so that a grey print keeps them apart.
-_LINES = [
+_LINES: list[dict[str, Any]] = [
     {"color": "#12263a", "linewidth": 1.8, "linestyle": "-"},
     {"color": "#c2410c", "linewidth": 1.8, "linestyle": "--"},
     {"color": "#3d7ea6", "linewidth": 1.8, "linestyle": "-."},

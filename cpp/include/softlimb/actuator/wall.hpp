@@ -304,4 +304,8 @@ WallEnergy<S> Wall::energy(const Shape<S>& q) const {
     return detail::exactly_zero(q.twist) ? sum<false>(q) : sum<true>(q);
 }
 
+// Compiled once, in wall.cpp: every law and both kinds of twist for each scalar.
+extern template WallEnergy<double> Wall::energy(const Shape<double>& q) const;
+extern template WallEnergy<Dual<1>> Wall::energy(const Shape<Dual<1>>& q) const;
+
 }  // namespace softlimb::actuator
