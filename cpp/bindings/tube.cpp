@@ -248,6 +248,10 @@ void bind_states(py::module_& m) {
         .def("one", [](const TubeStates& all, std::size_t i) { return TubeStates{{all.states.at(i)}}; },
              py::arg("index"))
         .def("__eq__", &equals<TubeStates>, py::arg("other"))
+        .def("__hash__",
+             [](const TubeStates& all) {
+                 return py::hash(py::make_tuple(all.states.size(), all.states.empty() ? 0.0 : all.states[0].stretch));
+             })
         .def(py::pickle(
             [](const TubeStates& all) {
                 return py::bytes(reinterpret_cast<const char*>(all.states.data()),

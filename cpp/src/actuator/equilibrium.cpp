@@ -39,15 +39,13 @@ double potential(const WallEnergy<double>& e, const WallLoads& loads, const Shap
     return e.value - loads.force * q.stretch - loads.pressure * q.volume - loads.torque * q.twist;
 }
 
-// A step this small is taken without looking again: what it leaves is of the order of its square, and the Hessian at
-// its start serves as the tangent to about ten digits (stiff fibres change it a thousand times faster than the shape).
-constexpr double negligible_step = 1e-11;
 // Below this step the energies differ by rounding only: comparing them would reject good steps.
 constexpr double too_small_to_compare = 1e-5;
 
 }  // namespace
 
-Equilibrium relax(const Wall& wall, const WallLoads& loads, const Shape<double>& start, Freedom free) {
+Equilibrium relax(const Wall& wall, const WallLoads& loads, const Shape<double>& start, Freedom free,
+                  double last_step) {
     constexpr int max_iterations = 60;
     Equilibrium at{start, wall.energy(start)};
     if (!finite(at.energy)) {
@@ -73,7 +71,7 @@ Equilibrium relax(const Wall& wall, const WallLoads& loads, const Shape<double>&
             at.status = SolveStatus::singular_jacobian;
             return at;
         }
-        if (size <= negligible_step) {
+        if (size <= last_step) {
             at.shape.stretch += l, at.shape.volume += w, at.shape.twist += t;
             at.status = SolveStatus::converged;
             return at;

@@ -107,9 +107,9 @@ struct Node {
 
 using Nodes = std::array<Node, AxialLaw::max_degree + 1>;
 
-/// Shape at node i by Lagrange's polynomial through up to three nodes before it.
+/// Shape at node i by Lagrange's polynomial through up to five nodes before it.
 Shape<double> extrapolated(const Interpolation& rule, const Nodes& nodes, int i, int direction, int known) {
-    const int count = std::min(known, 3);
+    const int count = std::min(known, 5);
     Shape<double> sum{0.0, 0.0, 0.0};
     for (int a = 1; a <= count; ++a) {
         const int at = i - a * direction;
@@ -203,7 +203,8 @@ void Tube::nonlinear_law(const Equilibrium& rest, double pressure, Valve valve, 
     const double d_rest_stretch = l_p, d_rest_volume = w_p;
     const auto solve_at = [&](double force, const Shape<double>& start) {
         const WallLoads loads{force / area_scale_, pressure, 0.0};
-        const Equilibrium at = relax(wall_, loads, start, free);
+        // Where the tangent is not asked for, a step of 1e-7 need not be looked at again: it leaves less than 1e-12.
+        const Equilibrium at = relax(wall_, loads, start, free, derivative ? negligible_step : 1e-7);
         Node node{0.0, 0.0, at.shape, at.converged() && at.stable};
         node.value = (at.shape.stretch - rest_stretch) * share / force;
         if (derivative) {
@@ -232,7 +233,7 @@ void Tube::nonlinear_law(const Equilibrium& rest, double pressure, Valve valve, 
         Nodes nodes;
         nodes[rule.rest] = {section.axial_law.coefficient[0], out.d_section.axial_law.coefficient[0], rest.shape, true};
         bool reached = true;
-        // Outwards from the unloaded tube, each start extrapolated from up to three nodes before it.
+        // Outwards from the unloaded tube, each start extrapolated from the nodes before it.
         for (const int direction : {1, -1})
             for (int i = rule.rest + direction; reached && i >= 0 && i < rule.count; i += direction) {
                 const int known = std::abs(i - rule.rest);

@@ -38,9 +38,15 @@ struct Equilibrium {
     bool converged() const { return status == solve::SolveStatus::converged; }
 };
 
+/// A Newton step this small (relative) is taken without looking again: what it leaves is of the order of its square, and
+/// the Hessian at its start serves as the tangent to about ten digits (stiff fibres change it a thousand times faster
+/// than the shape).
+constexpr double negligible_step = 1e-11;
+
 /// Minimum of the potential energy - force lz - pressure w - torque gamma over the free unknowns, from a start.
 /// Newton's method with a bounded step and backtracking. Allocates nothing.
-Equilibrium relax(const Wall& wall, const WallLoads& loads, const Shape<double>& start, Freedom free);
+Equilibrium relax(const Wall& wall, const WallLoads& loads, const Shape<double>& start, Freedom free,
+                  double last_step = negligible_step);
 
 /// The state with a given stretch, whose pressure is then an answer (loads.pressure is where it starts from).
 Equilibrium at_stretch(const Wall& wall, double stretch, WallLoads& loads, const Shape<double>& start,
