@@ -57,6 +57,68 @@ def test_posture_takes_pressures_from_the_command_line(capsys) -> None:
     assert "10.0 10.0 10.0" in capsys.readouterr().out
 
 
+RODS = """
+[limb.rods.leg]
+length_mm = 300
+radius_mm = 3
+section = {axial_N = 4000, shear_N = 1500, bending_Nm2 = 0.05, torsion_Nm2 = 0.04, mass_per_length_kg_m = 0.03}
+
+[[limb.segments]]
+rods = ["leg", "leg", "leg", "leg", "leg", "leg"]
+ring_radius_mm = 60
+plate = {thickness_mm = 5, mass_g = 100}
+
+[scene]
+rest_lengths_mm = [320, 310, 300, 290, 300, 310]
+"""
+
+
+def test_a_limb_of_rods_is_driven_by_their_lengths_and_may_be_held(tmp_path: Path, capsys) -> None:
+    path, picture = tmp_path / "rods.toml", tmp_path / "rods.png"
+    path.write_text(RODS, encoding="utf-8")
+    assert main(["posture", str(path), "--output", str(picture), "--table", str(tmp_path / "a.csv")]) == 0
+    assert "320.0 310.0 300.0 290.0 300.0 310.0" in capsys.readouterr().out
+    assert columns_of(tmp_path / "a.csv")["rod_length_6_mm"] == ["310"]
+    assert is_picture(picture)
+    path.write_text(
+        RODS + '[scene.held_tip]\nposition_mm = [0, 0, 310]\nfreedoms = ["x", "y", "z"]\n', encoding="utf-8"
+    )
+    assert main(["posture", str(path)]) == 0
+    said = capsys.readouterr().out
+    assert "hold on tip: force" in said
+    posture = scenes.Scene.from_toml(path).solve()
+    assert_allclose(posture.tip[:3, 3], [0.0, 0.0, 0.31], atol=1e-6 * 0.3)  # the tolerance asked for
+
+
+def test_a_posture_that_does_not_exist_ends_with_code_one_and_its_status(tmp_path: Path, capsys) -> None:
+    # Without fibres this neo-Hookean tube balloons at 90.6 kPa; 500 kPa is far beyond.
+    path = tmp_path / "balloon.toml"
+    path.write_text(
+        """
+        [limb.tubes.bare]
+        length_mm = 200
+        layers = [{inner_radius_mm = 18, outer_radius_mm = 21.5, material = "smoothsil-950"}]
+        [[limb.segments]]
+        actuators = ["bare", "bare", "bare"]
+        ring_radius_mm = 28
+        [scene]
+        pressures_kPa = [500, 500, 500]
+        [[scene.sweep]]
+        segment = 1
+        values_kPa = [10, 500]
+        """,
+        encoding="utf-8",
+    )
+    assert main(["posture", str(path)]) == 1
+    assert "status: converged" not in capsys.readouterr().out
+    table = tmp_path / "a.csv"
+    assert main(["sweep", str(path), "--no-progress", "--table", str(table)]) == 1
+    said = capsys.readouterr().out
+    assert "2 postures, 1 successful" in said
+    assert "row 2: " in said
+    assert columns_of(table)["tip_z_mm"][1] == ""
+
+
 def test_sweep_writes_csv_netcdf_and_a_picture(tmp_path: Path, capsys) -> None:
     xarray = pytest.importorskip("xarray")
     table, data, picture = tmp_path / "a.csv", tmp_path / "a.nc", tmp_path / "a.png"

@@ -116,6 +116,17 @@ def test_a_limb_comes_back_from_its_file_bit_for_bit(limb: Limb, tmp_path_factor
         assert np.array_equal(one.end_frames, other.end_frames)
 
 
+@pytest.mark.parametrize("model", ["tangent", "nonlinear", "paper"])
+def test_rods_taken_from_a_tube_come_back_with_all_that_the_tube_knew(model: str, tmp_path: Path) -> None:
+    tube = reference_limb().segments[1].actuators[0]
+    rods = [Rod(tube.section(pressure, model=model), 0.25, 0.016) for pressure in (0.0, 30e3, 60e3)]
+    limb = Limb([Segment(rods=rods, ring_radius=21 * mm)])
+    scenes.write_limb(limb, tmp_path / "limb.toml")
+    again = scenes.read_limb(tmp_path / "limb.toml")
+    assert again == limb
+    assert np.array_equal(again.solve(tip_force=(0.5, 0, 1)).tip, limb.solve(tip_force=(0.5, 0, 1)).tip)
+
+
 def test_the_reference_limb_is_that_of_its_table() -> None:
     limb = reference_limb()
     assert limb.length == pytest.approx(0.65, rel=1e-12)

@@ -68,6 +68,7 @@ MASS_PER_LENGTH = Dimension("mass per length", {"kg_m": 1.0, "g_m": 1e-3})
 BENDING_STIFFNESS = Dimension("bending stiffness", {"Nm2": 1.0, "Nmm2": 1e-6})
 TWIST_PER_LENGTH = Dimension("twist per length", {"rad_m": 1.0, "deg_m": units.deg})
 COUPLING = Dimension("coupling compliance", {"per_Nm": 1.0})
+COMPLIANCE = Dimension("compliance", {"per_N": 1.0})
 
 DIMENSIONS = (
     LENGTH,
@@ -84,6 +85,7 @@ DIMENSIONS = (
     BENDING_STIFFNESS,
     TWIST_PER_LENGTH,
     COUPLING,
+    COMPLIANCE,
 )
 
 

@@ -108,12 +108,15 @@ def outcome(posture: Posture) -> str:
     lines = [f"status: {posture.status} after {posture.iterations} iterations"]
     if posture.success:
         lines[0] += f", {error}; {stable}"
-    if posture.message:
+    if posture.message != posture.status:
         lines.append(f"message: {posture.message}")
     if posture.clearance is not None and not posture.touching:  # the message says when they touch
         lines.append(f"smallest gap between tubes: {number(posture.clearance / mm, 2)} mm")
     wrench = np.asarray(posture.base_wrench)
     lines.append(f"ground on base: force {vector(wrench[:3], 3)} N, moment {vector(wrench[3:], 4)} N m")
+    if np.any(posture.tip_reaction):
+        reaction = posture.tip_reaction
+        lines.append(f"hold on tip: force {vector(reaction[:3], 3)} N, moment {vector(reaction[3:], 4)} N m")
     lines.append(f"reference length: {number(posture.limb.length / mm, 1)} mm")
     return "\n".join(lines)
 

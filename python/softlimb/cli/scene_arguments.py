@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
     """The scene, by file or by name, and what overrules it."""
-    parser.add_argument("scene", metavar="SCENE", help="a TOML file, or the name of a scene of the package")
+    from softlimb.scenes import available_scenes
+
+    names = ", ".join(available_scenes())
+    parser.add_argument("scene", metavar="SCENE", help=f"a TOML file, or a scene of the package: {names}")
     parser.add_argument(
         "--pressures-kPa",
         type=float,

@@ -246,7 +246,8 @@ def _quads(rings: Array) -> Array:
 
 def _shaded(faces: Array, colour: Colour, light: Array) -> Array:
     """Face colours under one lamp and its surroundings, (m, 3)."""
-    normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
+    # By the diagonals: a wedge at the middle of a disc has two corners in one place.
+    normals = np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
     # Most of the light comes from all sides, so that the far side of a tube does not turn black.
@@ -437,7 +438,7 @@ def _free_corner(limits: Array, reach: Array, corners: Array, camera: _Camera) -
     room = -1.0
     for x in (low[0], high[0]):
         for y in (low[1], high[1]):
-            for share in (0.0, 0.5, 1.0):
+            for share in (0.0, 0.25, 0.5, 0.75, 1.0):
                 start = np.array([x, y, low[2] + share * (high[2] - low[2])])
                 start -= share * np.maximum(reach, 0.0) - (1.0 - share) * np.maximum(-reach, 0.0)
                 arrow = camera.flat(start + np.linspace(0.0, 1.0, 6)[:, None] * reach)

@@ -48,6 +48,7 @@ from numpy.typing import NDArray
 from softlimb.quantities import (
     ANGLE,
     BENDING_STIFFNESS,
+    COMPLIANCE,
     COUPLING,
     DENSITY,
     FORCE,
@@ -108,6 +109,8 @@ _SECTION_QUANTITIES: dict[str, Dimension] = {
     "rest_twist": TWIST_PER_LENGTH,
     "extension_twist": COUPLING,
 }
+# Places in the state that pickles a section (cpp/bindings/section.cpp).
+_STRETCHES, _AXIAL_LAW = slice(7, 9), slice(9, 13)
 _STIFFNESSES = ("axial", "shear", "bending", "torsion")
 
 
@@ -344,14 +347,51 @@ def _tube_from_dict(content: Mapping[str, Any], where: str, laws: Mapping[str, L
 
 
 def _section_to_dict(section: Section) -> dict[str, Any]:
-    if section.nonlinear:
-        raise ValueError("a section with a nonlinear axial law has no TOML form: describe its tube instead")
     table: dict[str, Any] = {}
     for name, dimension in _SECTION_QUANTITIES.items():
         value = getattr(section, name)
         if name in _STIFFNESSES or value != 0.0:
             table |= _entry(name, value, dimension, dimension.si)
+    if section.stretch != 1.0:
+        table["stretch"] = section.stretch
+    if section.largest_stretch != 0.0:
+        table["largest_stretch"] = section.largest_stretch
+    if section.nonlinear:
+        degree, centre, half_range, coefficients = section.__getstate__()[_AXIAL_LAW]
+        table["axial_law"] = _entry("centre", centre, FORCE) | _entry("half_range", half_range, FORCE)
+        table["axial_law"] |= _entry("coefficients", list(coefficients)[: degree + 1], COMPLIANCE)
     return table
+
+
+def _section_from_dict(content: Mapping[str, Any], where: str) -> Section:
+    from softlimb import Section
+
+    others = ("stretch", "largest_stretch", "axial_law")
+    table = Table(content, where, quantities=_SECTION_QUANTITIES, others=others)
+    values = {name: table.quantity(name, None if name in _STIFFNESSES else 0.0) for name in _SECTION_QUANTITIES}
+    section: Section = _checked(lambda: Section(**values), table)
+    if not any(name in table for name in others):
+        return section
+    # What a tube knows of its section besides the stiffnesses has no constructor, only the state that pickles it.
+    state = list(section.__getstate__())
+    state[_STRETCHES] = [table.number("stretch", 1.0), table.number("largest_stretch", 0.0)]
+    if "axial_law" in table:
+        state[_AXIAL_LAW] = _axial_law_state(table, len(state[_AXIAL_LAW][-1]))
+    full: Section = Section.__new__(Section)
+    full.__setstate__(tuple(state))
+    return full
+
+
+def _axial_law_state(table: Table, most: int) -> list[Any]:
+    quantities = {"centre": FORCE, "half_range": FORCE, "coefficients": COMPLIANCE}
+    law = Table(table.mapping("axial_law"), table.path("axial_law"), quantities=quantities)
+    centre, half_range = law.quantity("centre"), law.quantity("half_range")
+    coefficients = law.array("coefficients", (-1,)).tolist()
+    if half_range <= 0.0:
+        raise law.error(f"`half_range` must be positive, got {half_range},")
+    if not 2 <= len(coefficients) <= most:
+        raise law.error(f"`coefficients` must be 2 to {most} numbers, got {len(coefficients)},")
+    return [len(coefficients) - 1, centre, half_range, [*coefficients, *[0.0] * (most - len(coefficients))]]
 
 
 def _rod_to_dict(rod: Rod) -> dict[str, Any]:
@@ -360,13 +400,10 @@ def _rod_to_dict(rod: Rod) -> dict[str, Any]:
 
 
 def _rod_from_dict(content: Mapping[str, Any], where: str) -> Rod:
-    from softlimb import Section
     from softlimb.limb import Rod
 
     table = Table(content, where, quantities={"length": LENGTH, "radius": LENGTH}, others=("section",))
-    part = Table(table.mapping("section"), table.path("section"), quantities=_SECTION_QUANTITIES)
-    values = {name: part.quantity(name, None if name in _STIFFNESSES else 0.0) for name in _SECTION_QUANTITIES}
-    section = _checked(lambda: Section(**values), part)
+    section = _section_from_dict(table.mapping("section"), table.path("section"))
     length, radius = table.quantity("length"), table.quantity("radius") if "radius" in table else None
     return _checked(lambda: Rod(section, length, radius), table)
 
