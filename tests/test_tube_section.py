@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from softlimb._core import axial_strain
 
 import softlimb as sl
+from softlimb._core import axial_strain
 from softlimb.units import deg, kPa
 from tube_examples import MODULUS, plain, proximal, reference_file, tube_of, unequal
 

@@ -1,0 +1,2300 @@
+"""
+Compiled core of softlimb: sections, laws, tubes, rods, limbs. SI units throughout.
+"""
+from __future__ import annotations
+import collections.abc
+import numpy
+import numpy.typing
+import typing
+__all__: list[str] = ['DruckerCheck', 'Fibres', 'Gent', 'Geometry', 'Layer', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'law_class_names', 'thread_geometry']
+class Section:
+    """
+    Stiffness of a rod's cross-section, per rest length, SI.
+    
+    Transversely isotropic about the rod's axis: ``n = R diag(GA, GA, EA) (v - v*)``, ``m = R diag(EI, EI, GJ) (u - u*)``
+    with ``v* = (0, 0, 1)`` and ``u* = (0, 0, rest_twist)``. Source: MECHANICS, "Section".
+    
+    Parameters
+    ----------
+    axial, shear : float
+        EA and GA [N].
+    bending, torsion : float
+        EI and GJ [N m^2].
+    mass_per_length : float
+        Mass per rest length [kg/m].
+    rest_twist : float
+        Twist of the unloaded section [rad/m].
+    extension_twist : float
+        Compliance that couples axial force to twist and axial moment to stretch [1/(N m)].
+    
+    Raises
+    ------
+    ValueError
+        A value is not finite, a stiffness is not positive, a mass is negative, or the coupling is too strong.
+    """
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> tuple[typing.Any, ...]:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, *, axial: typing.SupportsFloat | typing.SupportsIndex, shear: typing.SupportsFloat | typing.SupportsIndex, bending: typing.SupportsFloat | typing.SupportsIndex, torsion: typing.SupportsFloat | typing.SupportsIndex, mass_per_length: typing.SupportsFloat | typing.SupportsIndex = 0.0, rest_twist: typing.SupportsFloat | typing.SupportsIndex = 0.0, extension_twist: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
+        ...
+    @property
+    def axial(self) -> float:
+        """
+        EA [N]
+        """
+    @property
+    def bending(self) -> float:
+        """
+        EI [N m^2]
+        """
+    @property
+    def extension_twist(self) -> float:
+        """
+        Coupling compliance [1/(N m)]
+        """
+    @property
+    def largest_stretch(self) -> float:
+        """
+        Total stretch up to which the material laws were fitted; 0 when not known
+        """
+    @property
+    def mass_per_length(self) -> float:
+        """
+        Mass per rest length [kg/m]
+        """
+    @property
+    def nonlinear(self) -> bool:
+        """
+        True when the axial law is a curve and not the constant EA
+        """
+    @property
+    def rest_twist(self) -> float:
+        """
+        Twist of the unloaded section [rad/m]
+        """
+    @property
+    def shear(self) -> float:
+        """
+        GA [N]
+        """
+    @property
+    def stretch(self) -> float:
+        """
+        Rest length over the length at zero pressure
+        """
+    @property
+    def torsion(self) -> float:
+        """
+        GJ [N m^2]
+        """
+class DruckerCheck:
+    """
+    Outcome of `check_drucker` of a law; true when stable.
+    """
+    def __bool__(self) -> bool:
+        ...
+    def __getstate__(self) -> tuple[typing.Any, ...]:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
+        ...
+    @property
+    def margin(self) -> float:
+        """
+        Smallest d(stress) : d(strain) over the value of the undeformed material: 1 there, not positive where unstable, NaN where the law has no value.
+        """
+    @property
+    def max_strain(self) -> float:
+        """
+        Largest nominal strain that was checked.
+        """
+    @property
+    def message(self) -> str:
+        """
+        The outcome in words.
+        """
+    @property
+    def stable(self) -> bool:
+        """
+        Stable over the whole range in all three tests.
+        """
+    @property
+    def strain(self) -> float:
+        """
+        Nominal strain where stability is lost first; NaN if nowhere.
+        """
+    @property
+    def test(self) -> str | None:
+        """
+        Test in which it is lost first: uniaxial, planar or equibiaxial; None if nowhere.
+        """
+class NeoHookean:
+    """
+    Neo-Hookean law: W = c1 (I1 - 3).
+    
+    Parameters
+    ----------
+    c1 : float
+        Half the shear modulus [Pa], positive.
+    density : float
+        Density [kg/m^3].
+    max_strain : float
+        Largest nominal strain of the data behind the coefficients; 0 when not known. It judges results, it never
+        changes them.
+    
+    Raises
+    ------
+    ValueError
+        A value is not finite or breaks its rule, or the initial shear modulus 2 c1 is not positive.
+    
+    Notes
+    -----
+    Incompressible. Source: MECHANICS, "Material".
+    """
+    name: typing.ClassVar[str] = 'neo-hooke'
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> tuple[typing.Any, ...]:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, *, c1: typing.SupportsFloat | typing.SupportsIndex, density: typing.SupportsFloat | typing.SupportsIndex = 1080.0, max_strain: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
+        ...
+    def check_drucker(self, max_strain: typing.SupportsFloat | typing.SupportsIndex | None = None) -> DruckerCheck:
+        """
+        Is the law stable in Drucker's sense in tension, planar tension and equibiaxial tension?
+        
+        Stable means that any further strain at constant volume costs work, d(stress) : d(strain) > 0.
+        
+        Parameters
+        ----------
+        max_strain : float, optional
+            Nominal strains 0..max_strain are checked. Default: the law's own `max_strain`.
+        
+        Returns
+        -------
+        DruckerCheck
+            True in a condition when stable; says where stability is lost first otherwise.
+        
+        Raises
+        ------
+        ValueError
+            `max_strain` is not positive, or not given and not known to the law.
+        """
+    def energy_derivatives(self, a: typing.SupportsFloat | typing.SupportsIndex, t: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float, float, float, float, float]:
+        """
+        Energy density and its derivatives (w, w_a, w_t, w_aa, w_at, w_tt) [Pa].
+        
+        Parameters
+        ----------
+        a : float
+            Squared stretch in one principal direction.
+        t : float
+            Sum of the squared stretches in the other two, at least 2/sqrt(a).
+        
+        Raises
+        ------
+        ValueError
+            `a` is not positive, or `t` too small to be a sum of real squares with product 1/a.
+        """
+    def energy_third_derivatives(self, a: typing.SupportsFloat | typing.SupportsIndex, t: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float, float, float]:
+        """
+        Third derivatives (w_aaa, w_aat, w_att, w_ttt) [Pa]; arguments as in `energy_derivatives`.
+        """
+    @typing.overload
+    def equibiaxial_stress(self, stretch: float) -> float:
+        """
+        Nominal stress in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def equibiaxial_stress(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Nominal stress in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def equibiaxial_tangent(self, stretch: float) -> float:
+        """
+        Derivative of the nominal stress in the stretch, in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def equibiaxial_tangent(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Derivative of the nominal stress in the stretch, in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_stress(self, stretch: float) -> float:
+        """
+        Nominal stress in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_stress(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Nominal stress in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_tangent(self, stretch: float) -> float:
+        """
+        Derivative of the nominal stress in the stretch, in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_tangent(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Derivative of the nominal stress in the stretch, in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_stress(self, stretch: float) -> float:
+        """
+        Nominal stress in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_stress(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Nominal stress in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_tangent(self, stretch: float) -> float:
+        """
+        Derivative of the nominal stress in the stretch, in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_tangent(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Derivative of the nominal stress in the stretch, in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @property
+    def c1(self) -> float:
+        """
+        Half the shear modulus [Pa], positive.
+        """
+    @property
+    def density(self) -> float:
+        """
+        Density [kg/m^3].
+        """
+    @property
+    def max_strain(self) -> float:
+        """
+        Largest nominal strain of the fit range; 0 when not known.
+        """
+    @property
+    def parameters(self) -> dict[str, typing.Any]:
+        """
+        Coefficients by name (a new dict); lists of coefficients are tuples.
+        """
+    @property
+    def shear_modulus(self) -> float:
+        """
+        Initial shear modulus [Pa].
+        """
+class Yeoh:
+    """
+    Yeoh's law: W = c1 (I1 - 3) + c2 (I1 - 3)^2 + c3 (I1 - 3)^3.
+    
+    Parameters
+    ----------
+    c1 : float
+        Half the initial shear modulus [Pa], positive.
+    c2 : float
+        Coefficient of (I1 - 3)^2 [Pa].
+    c3 : float
+        Coefficient of (I1 - 3)^3 [Pa].
+    density : float
+        Density [kg/m^3].
+    max_strain : float
+        Largest nominal strain of the data behind the coefficients; 0 when not known. It judges results, it never
+        changes them.
+    
+    Raises
+    ------
+    ValueError
+        A value is not finite or breaks its rule, or the initial shear modulus 2 c1 is not positive.
+    
+    Notes
+    -----
+    Incompressible. Source: MECHANICS, "Material".
+    """
+    name: typing.ClassVar[str] = 'yeoh'
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> tuple[typing.Any, ...]:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, *, c1: typing.SupportsFloat | typing.SupportsIndex, c2: typing.SupportsFloat | typing.SupportsIndex, c3: typing.SupportsFloat | typing.SupportsIndex = 0.0, density: typing.SupportsFloat | typing.SupportsIndex = 1080.0, max_strain: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
+        ...
+    def check_drucker(self, max_strain: typing.SupportsFloat | typing.SupportsIndex | None = None) -> DruckerCheck:
+        """
+        Is the law stable in Drucker's sense in tension, planar tension and equibiaxial tension?
+        
+        Stable means that any further strain at constant volume costs work, d(stress) : d(strain) > 0.
+        
+        Parameters
+        ----------
+        max_strain : float, optional
+            Nominal strains 0..max_strain are checked. Default: the law's own `max_strain`.
+        
+        Returns
+        -------
+        DruckerCheck
+            True in a condition when stable; says where stability is lost first otherwise.
+        
+        Raises
+        ------
+        ValueError
+            `max_strain` is not positive, or not given and not known to the law.
+        """
+    def energy_derivatives(self, a: typing.SupportsFloat | typing.SupportsIndex, t: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float, float, float, float, float]:
+        """
+        Energy density and its derivatives (w, w_a, w_t, w_aa, w_at, w_tt) [Pa].
+        
+        Parameters
+        ----------
+        a : float
+            Squared stretch in one principal direction.
+        t : float
+            Sum of the squared stretches in the other two, at least 2/sqrt(a).
+        
+        Raises
+        ------
+        ValueError
+            `a` is not positive, or `t` too small to be a sum of real squares with product 1/a.
+        """
+    def energy_third_derivatives(self, a: typing.SupportsFloat | typing.SupportsIndex, t: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float, float, float]:
+        """
+        Third derivatives (w_aaa, w_aat, w_att, w_ttt) [Pa]; arguments as in `energy_derivatives`.
+        """
+    @typing.overload
+    def equibiaxial_stress(self, stretch: float) -> float:
+        """
+        Nominal stress in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def equibiaxial_stress(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Nominal stress in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def equibiaxial_tangent(self, stretch: float) -> float:
+        """
+        Derivative of the nominal stress in the stretch, in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def equibiaxial_tangent(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Derivative of the nominal stress in the stretch, in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_stress(self, stretch: float) -> float:
+        """
+        Nominal stress in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_stress(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Nominal stress in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_tangent(self, stretch: float) -> float:
+        """
+        Derivative of the nominal stress in the stretch, in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_tangent(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Derivative of the nominal stress in the stretch, in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_stress(self, stretch: float) -> float:
+        """
+        Nominal stress in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_stress(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Nominal stress in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_tangent(self, stretch: float) -> float:
+        """
+        Derivative of the nominal stress in the stretch, in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_tangent(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Derivative of the nominal stress in the stretch, in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @property
+    def c1(self) -> float:
+        """
+        Half the initial shear modulus [Pa], positive.
+        """
+    @property
+    def c2(self) -> float:
+        """
+        Coefficient of (I1 - 3)^2 [Pa].
+        """
+    @property
+    def c3(self) -> float:
+        """
+        Coefficient of (I1 - 3)^3 [Pa].
+        """
+    @property
+    def density(self) -> float:
+        """
+        Density [kg/m^3].
+        """
+    @property
+    def max_strain(self) -> float:
+        """
+        Largest nominal strain of the fit range; 0 when not known.
+        """
+    @property
+    def parameters(self) -> dict[str, typing.Any]:
+        """
+        Coefficients by name (a new dict); lists of coefficients are tuples.
+        """
+    @property
+    def shear_modulus(self) -> float:
+        """
+        Initial shear modulus [Pa].
+        """
+class MooneyRivlin:
+    """
+    Mooney-Rivlin law: W = c10 (I1 - 3) + c01 (I2 - 3).
+    
+    Parameters
+    ----------
+    c10 : float
+        Coefficient of I1 - 3 [Pa].
+    c01 : float
+        Coefficient of I2 - 3 [Pa].
+    density : float
+        Density [kg/m^3].
+    max_strain : float
+        Largest nominal strain of the data behind the coefficients; 0 when not known. It judges results, it never
+        changes them.
+    
+    Raises
+    ------
+    ValueError
+        A value is not finite or breaks its rule, or the initial shear modulus 2 (c10 + c01) is not positive.
+    
+    Notes
+    -----
+    Incompressible. Source: MECHANICS, "Material".
+    """
+    name: typing.ClassVar[str] = 'mooney-rivlin'
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> tuple[typing.Any, ...]:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, *, c10: typing.SupportsFloat | typing.SupportsIndex, c01: typing.SupportsFloat | typing.SupportsIndex, density: typing.SupportsFloat | typing.SupportsIndex = 1080.0, max_strain: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
+        ...
+    def check_drucker(self, max_strain: typing.SupportsFloat | typing.SupportsIndex | None = None) -> DruckerCheck:
+        """
+        Is the law stable in Drucker's sense in tension, planar tension and equibiaxial tension?
+        
+        Stable means that any further strain at constant volume costs work, d(stress) : d(strain) > 0.
+        
+        Parameters
+        ----------
+        max_strain : float, optional
+            Nominal strains 0..max_strain are checked. Default: the law's own `max_strain`.
+        
+        Returns
+        -------
+        DruckerCheck
+            True in a condition when stable; says where stability is lost first otherwise.
+        
+        Raises
+        ------
+        ValueError
+            `max_strain` is not positive, or not given and not known to the law.
+        """
+    def energy_derivatives(self, a: typing.SupportsFloat | typing.SupportsIndex, t: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float, float, float, float, float]:
+        """
+        Energy density and its derivatives (w, w_a, w_t, w_aa, w_at, w_tt) [Pa].
+        
+        Parameters
+        ----------
+        a : float
+            Squared stretch in one principal direction.
+        t : float
+            Sum of the squared stretches in the other two, at least 2/sqrt(a).
+        
+        Raises
+        ------
+        ValueError
+            `a` is not positive, or `t` too small to be a sum of real squares with product 1/a.
+        """
+    def energy_third_derivatives(self, a: typing.SupportsFloat | typing.SupportsIndex, t: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float, float, float]:
+        """
+        Third derivatives (w_aaa, w_aat, w_att, w_ttt) [Pa]; arguments as in `energy_derivatives`.
+        """
+    @typing.overload
+    def equibiaxial_stress(self, stretch: float) -> float:
+        """
+        Nominal stress in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def equibiaxial_stress(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Nominal stress in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def equibiaxial_tangent(self, stretch: float) -> float:
+        """
+        Derivative of the nominal stress in the stretch, in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def equibiaxial_tangent(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Derivative of the nominal stress in the stretch, in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_stress(self, stretch: float) -> float:
+        """
+        Nominal stress in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_stress(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Nominal stress in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_tangent(self, stretch: float) -> float:
+        """
+        Derivative of the nominal stress in the stretch, in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_tangent(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Derivative of the nominal stress in the stretch, in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_stress(self, stretch: float) -> float:
+        """
+        Nominal stress in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_stress(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Nominal stress in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_tangent(self, stretch: float) -> float:
+        """
+        Derivative of the nominal stress in the stretch, in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_tangent(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Derivative of the nominal stress in the stretch, in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @property
+    def c01(self) -> float:
+        """
+        Coefficient of I2 - 3 [Pa].
+        """
+    @property
+    def c10(self) -> float:
+        """
+        Coefficient of I1 - 3 [Pa].
+        """
+    @property
+    def density(self) -> float:
+        """
+        Density [kg/m^3].
+        """
+    @property
+    def max_strain(self) -> float:
+        """
+        Largest nominal strain of the fit range; 0 when not known.
+        """
+    @property
+    def parameters(self) -> dict[str, typing.Any]:
+        """
+        Coefficients by name (a new dict); lists of coefficients are tuples.
+        """
+    @property
+    def shear_modulus(self) -> float:
+        """
+        Initial shear modulus [Pa].
+        """
+class Ogden:
+    """
+    Ogden's law: W = sum mu_p/alpha_p (l1^alpha_p + l2^alpha_p + l3^alpha_p - 3).
+    
+    Parameters
+    ----------
+    mu : sequence of float
+        Coefficients, one to four [Pa].
+    alpha : sequence of float
+        Exponents, as many, not zero, within [-50, 50].
+    density : float
+        Density [kg/m^3].
+    max_strain : float
+        Largest nominal strain of the data behind the coefficients; 0 when not known. It judges results, it never
+        changes them.
+    
+    Raises
+    ------
+    ValueError
+        A value is not finite or breaks its rule, or the initial shear modulus sum(mu alpha)/2 is not positive.
+    
+    Notes
+    -----
+    Incompressible. Source: MECHANICS, "Material".
+    """
+    name: typing.ClassVar[str] = 'ogden'
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> tuple[typing.Any, ...]:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, *, mu: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], alpha: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], density: typing.SupportsFloat | typing.SupportsIndex = 1080.0, max_strain: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
+        ...
+    def check_drucker(self, max_strain: typing.SupportsFloat | typing.SupportsIndex | None = None) -> DruckerCheck:
+        """
+        Is the law stable in Drucker's sense in tension, planar tension and equibiaxial tension?
+        
+        Stable means that any further strain at constant volume costs work, d(stress) : d(strain) > 0.
+        
+        Parameters
+        ----------
+        max_strain : float, optional
+            Nominal strains 0..max_strain are checked. Default: the law's own `max_strain`.
+        
+        Returns
+        -------
+        DruckerCheck
+            True in a condition when stable; says where stability is lost first otherwise.
+        
+        Raises
+        ------
+        ValueError
+            `max_strain` is not positive, or not given and not known to the law.
+        """
+    def energy_derivatives(self, a: typing.SupportsFloat | typing.SupportsIndex, t: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float, float, float, float, float]:
+        """
+        Energy density and its derivatives (w, w_a, w_t, w_aa, w_at, w_tt) [Pa].
+        
+        Parameters
+        ----------
+        a : float
+            Squared stretch in one principal direction.
+        t : float
+            Sum of the squared stretches in the other two, at least 2/sqrt(a).
+        
+        Raises
+        ------
+        ValueError
+            `a` is not positive, or `t` too small to be a sum of real squares with product 1/a.
+        """
+    def energy_third_derivatives(self, a: typing.SupportsFloat | typing.SupportsIndex, t: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float, float, float]:
+        """
+        Third derivatives (w_aaa, w_aat, w_att, w_ttt) [Pa]; arguments as in `energy_derivatives`.
+        """
+    @typing.overload
+    def equibiaxial_stress(self, stretch: float) -> float:
+        """
+        Nominal stress in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def equibiaxial_stress(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Nominal stress in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def equibiaxial_tangent(self, stretch: float) -> float:
+        """
+        Derivative of the nominal stress in the stretch, in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def equibiaxial_tangent(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Derivative of the nominal stress in the stretch, in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_stress(self, stretch: float) -> float:
+        """
+        Nominal stress in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_stress(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Nominal stress in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_tangent(self, stretch: float) -> float:
+        """
+        Derivative of the nominal stress in the stretch, in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_tangent(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Derivative of the nominal stress in the stretch, in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_stress(self, stretch: float) -> float:
+        """
+        Nominal stress in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_stress(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Nominal stress in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_tangent(self, stretch: float) -> float:
+        """
+        Derivative of the nominal stress in the stretch, in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_tangent(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Derivative of the nominal stress in the stretch, in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @property
+    def alpha(self) -> tuple[float, ...]:
+        """
+        Exponents, as many, not zero, within [-50, 50].
+        """
+    @property
+    def density(self) -> float:
+        """
+        Density [kg/m^3].
+        """
+    @property
+    def max_strain(self) -> float:
+        """
+        Largest nominal strain of the fit range; 0 when not known.
+        """
+    @property
+    def mu(self) -> tuple[float, ...]:
+        """
+        Coefficients, one to four [Pa].
+        """
+    @property
+    def parameters(self) -> dict[str, typing.Any]:
+        """
+        Coefficients by name (a new dict); lists of coefficients are tuples.
+        """
+    @property
+    def shear_modulus(self) -> float:
+        """
+        Initial shear modulus [Pa].
+        """
+class Gent:
+    """
+    Gent's law: W = -(mu jm/2) log(1 - (I1 - 3)/jm); NaN at and past I1 - 3 = jm.
+    
+    Parameters
+    ----------
+    mu : float
+        Initial shear modulus [Pa], positive.
+    jm : float
+        Value of I1 - 3 that no state can reach, positive.
+    density : float
+        Density [kg/m^3].
+    max_strain : float
+        Largest nominal strain of the data behind the coefficients; 0 when not known. It judges results, it never
+        changes them.
+    
+    Raises
+    ------
+    ValueError
+        A value is not finite or breaks its rule, or the initial shear modulus mu is not positive.
+    
+    Notes
+    -----
+    Incompressible. Source: MECHANICS, "Material".
+    """
+    name: typing.ClassVar[str] = 'gent'
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> tuple[typing.Any, ...]:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, *, mu: typing.SupportsFloat | typing.SupportsIndex, jm: typing.SupportsFloat | typing.SupportsIndex, density: typing.SupportsFloat | typing.SupportsIndex = 1080.0, max_strain: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
+        ...
+    def check_drucker(self, max_strain: typing.SupportsFloat | typing.SupportsIndex | None = None) -> DruckerCheck:
+        """
+        Is the law stable in Drucker's sense in tension, planar tension and equibiaxial tension?
+        
+        Stable means that any further strain at constant volume costs work, d(stress) : d(strain) > 0.
+        
+        Parameters
+        ----------
+        max_strain : float, optional
+            Nominal strains 0..max_strain are checked. Default: the law's own `max_strain`.
+        
+        Returns
+        -------
+        DruckerCheck
+            True in a condition when stable; says where stability is lost first otherwise.
+        
+        Raises
+        ------
+        ValueError
+            `max_strain` is not positive, or not given and not known to the law.
+        """
+    def energy_derivatives(self, a: typing.SupportsFloat | typing.SupportsIndex, t: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float, float, float, float, float]:
+        """
+        Energy density and its derivatives (w, w_a, w_t, w_aa, w_at, w_tt) [Pa].
+        
+        Parameters
+        ----------
+        a : float
+            Squared stretch in one principal direction.
+        t : float
+            Sum of the squared stretches in the other two, at least 2/sqrt(a).
+        
+        Raises
+        ------
+        ValueError
+            `a` is not positive, or `t` too small to be a sum of real squares with product 1/a.
+        """
+    def energy_third_derivatives(self, a: typing.SupportsFloat | typing.SupportsIndex, t: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float, float, float]:
+        """
+        Third derivatives (w_aaa, w_aat, w_att, w_ttt) [Pa]; arguments as in `energy_derivatives`.
+        """
+    @typing.overload
+    def equibiaxial_stress(self, stretch: float) -> float:
+        """
+        Nominal stress in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def equibiaxial_stress(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Nominal stress in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def equibiaxial_tangent(self, stretch: float) -> float:
+        """
+        Derivative of the nominal stress in the stretch, in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def equibiaxial_tangent(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Derivative of the nominal stress in the stretch, in equibiaxial tension, in each of the two directions.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_stress(self, stretch: float) -> float:
+        """
+        Nominal stress in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_stress(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Nominal stress in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_tangent(self, stretch: float) -> float:
+        """
+        Derivative of the nominal stress in the stretch, in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def planar_tangent(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Derivative of the nominal stress in the stretch, in planar tension (pure shear: one lateral direction held).
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_stress(self, stretch: float) -> float:
+        """
+        Nominal stress in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_stress(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Nominal stress in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_tangent(self, stretch: float) -> float:
+        """
+        Derivative of the nominal stress in the stretch, in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @typing.overload
+    def uniaxial_tangent(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Derivative of the nominal stress in the stretch, in uniaxial tension or compression.
+        
+        Parameters
+        ----------
+        stretch : float or array_like
+            Stretch, positive.
+        
+        Returns
+        -------
+        float or ndarray of the same shape
+            [Pa]; NaN where the law has no value (Gent past its limit).
+        
+        Raises
+        ------
+        ValueError
+            A stretch is not finite or not positive.
+        """
+    @property
+    def density(self) -> float:
+        """
+        Density [kg/m^3].
+        """
+    @property
+    def jm(self) -> float:
+        """
+        Value of I1 - 3 that no state can reach, positive.
+        """
+    @property
+    def max_strain(self) -> float:
+        """
+        Largest nominal strain of the fit range; 0 when not known.
+        """
+    @property
+    def mu(self) -> float:
+        """
+        Initial shear modulus [Pa], positive.
+        """
+    @property
+    def parameters(self) -> dict[str, typing.Any]:
+        """
+        Coefficients by name (a new dict); lists of coefficients are tuples.
+        """
+    @property
+    def shear_modulus(self) -> float:
+        """
+        Initial shear modulus [Pa].
+        """
+class Fibres:
+    """
+    One family of parallel fibres, spread evenly over its layer.
+    
+    Its energy per volume of the layer is ``k (stretch - 1)^2 / 2``. Source: MECHANICS, "Actuator".
+    
+    Parameters
+    ----------
+    angle : float
+        From the circumferential direction, within [-pi/2, pi/2] [rad].
+    stiffness : float, optional
+        k itself [Pa]; the silicone is then left whole.
+    modulus, fraction : float, optional
+        Modulus of the thread [Pa] and its share of the layer's volume: ``k = modulus * fraction``, and the silicone
+        counts ``1 - sum of fractions``.
+    
+    Raises
+    ------
+    ValueError
+        An angle beyond a right angle, a negative stiffness, a fraction outside [0, 1], or both ways at once.
+    """
+    @staticmethod
+    def pair(*, angle: typing.SupportsFloat | typing.SupportsIndex, stiffness: typing.SupportsFloat | typing.SupportsIndex | None = None, modulus: typing.SupportsFloat | typing.SupportsIndex | None = None, fraction: typing.SupportsFloat | typing.SupportsIndex | None = None) -> list[Fibres]:
+        """
+        Two families at ``+angle`` and ``-angle``; stiffness or fraction are those of each family.
+        """
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> tuple[typing.Any, ...]:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, *, angle: typing.SupportsFloat | typing.SupportsIndex, stiffness: typing.SupportsFloat | typing.SupportsIndex | None = None, modulus: typing.SupportsFloat | typing.SupportsIndex | None = None, fraction: typing.SupportsFloat | typing.SupportsIndex | None = None) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
+        ...
+    @property
+    def angle(self) -> float:
+        """
+        From the circumferential direction [rad].
+        """
+    @property
+    def fraction(self) -> float:
+        """
+        Share of the layer's volume; 0 leaves the silicone whole.
+        """
+    @property
+    def modulus(self) -> float | None:
+        """
+        Modulus of the thread [Pa]; None when the stiffness was given.
+        """
+    @property
+    def stiffness(self) -> float:
+        """
+        k [Pa].
+        """
+class Layer:
+    """
+    One layer of a tube.
+    
+    Parameters
+    ----------
+    inner, outer : float
+        Undeformed radii [m].
+    law : NeoHookean, Yeoh, MooneyRivlin, Ogden or Gent
+        Material law of the silicone.
+    fibres : Fibres or sequence of Fibres, optional
+        Families in this layer.
+    
+    Raises
+    ------
+    ValueError
+        Radii that are not positive or out of order, or fractions that leave no silicone.
+    """
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> tuple[typing.Any, ...]:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, inner: typing.SupportsFloat | typing.SupportsIndex, outer: typing.SupportsFloat | typing.SupportsIndex, law: NeoHookean | Yeoh | MooneyRivlin | Ogden | Gent, fibres: collections.abc.Sequence[Fibres] | Fibres = []) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
+        ...
+    @property
+    def fibres(self) -> list[Fibres]:
+        """
+        Fibre families (a new list).
+        """
+    @property
+    def inner(self) -> float:
+        """
+        Undeformed inner radius [m].
+        """
+    @property
+    def law(self) -> NeoHookean | Yeoh | MooneyRivlin | Ogden | Gent:
+        """
+        Material law of the silicone.
+        """
+    @property
+    def outer(self) -> float:
+        """
+        Undeformed outer radius [m].
+        """
+    @property
+    def silicone_fraction(self) -> float:
+        """
+        1 - sum of the fibre fractions.
+        """
+class TubeStates:
+    """
+    States of a tube, one a solve; arrays in the order of the solves.
+    """
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> bytes:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __len__(self) -> int:
+        ...
+    def __setstate__(self, arg0: bytes) -> None:
+        ...
+    def model(self, index: typing.SupportsInt | typing.SupportsIndex) -> str:
+        ...
+    def one(self, index: typing.SupportsInt | typing.SupportsIndex) -> TubeStates:
+        ...
+    def status(self, index: typing.SupportsInt | typing.SupportsIndex) -> str:
+        ...
+    @property
+    def axial_force(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def flags(self) -> numpy.typing.NDArray[numpy.uint32]:
+        ...
+    @property
+    def inner_radius(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def iterations(self) -> numpy.typing.NDArray[numpy.int32]:
+        ...
+    @property
+    def limit_pressure(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def pressure(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def smallest_eigenvalue(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def stable(self) -> numpy.typing.NDArray[numpy.bool]:
+        ...
+    @property
+    def stretch(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def success(self) -> numpy.typing.NDArray[numpy.bool]:
+        ...
+    @property
+    def torque(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def twist_rate(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+class ThreadGeometry:
+    """
+    Angle and volume fraction of a wound thread, for one family.
+    """
+    @property
+    def angle(self) -> float:
+        """
+        From the circumferential direction [rad].
+        """
+    @property
+    def fraction(self) -> float:
+        """
+        Thread over layer, by volume.
+        """
+class Tube:
+    """
+    A fibre-reinforced tube; see softlimb.Tube.
+    """
+    def __eq__(self, other: typing.Any) -> bool:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, *, length: typing.SupportsFloat | typing.SupportsIndex, layers: collections.abc.Sequence[Layer], tension_only: bool = False, ends: str = 'free', mass: typing.SupportsFloat | typing.SupportsIndex | None = None, cap_length: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def _at_stretch(self, stretch: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> TubeStates:
+        ...
+    def _at_volume(self, value: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], is_radius: bool, axial_force: typing.SupportsFloat | typing.SupportsIndex, torque: typing.SupportsFloat | typing.SupportsIndex) -> TubeStates:
+        ...
+    def _energy(self, stretch: typing.SupportsFloat | typing.SupportsIndex, volume: typing.SupportsFloat | typing.SupportsIndex, twist: typing.SupportsFloat | typing.SupportsIndex) -> list[float]:
+        """
+        Scaled wall energy with gradient (l, w, t) and Hessian (ll, lw, lt, ww, wt, tt) [Pa], for tests.
+        """
+    def _fibres(self, states: TubeStates) -> list[tuple[int, float, float, float, float, float]]:
+        ...
+    def _inflate(self, pressure: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], axial_force: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], torque: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], reduced: bool) -> TubeStates:
+        ...
+    def _message(self, states: TubeStates, index: typing.SupportsInt | typing.SupportsIndex) -> str:
+        ...
+    def _other_pressures(self, stretch: typing.SupportsFloat | typing.SupportsIndex) -> list[float]:
+        ...
+    def _outer_radius(self, states: TubeStates) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    def _remarks(self, states: TubeStates, index: typing.SupportsInt | typing.SupportsIndex) -> list[str]:
+        ...
+    def _section(self, pressure: typing.SupportsFloat | typing.SupportsIndex, model: str, valve: str, derivative: bool) -> dict[str, typing.Any]:
+        ...
+    def _stress(self, states: TubeStates, radius: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], is_reference: bool) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def cap_length(self) -> float:
+        """
+        Length at each end that a rigid cap keeps at rest [m].
+        """
+    @property
+    def ends(self) -> str:
+        """
+        ``free``, or ``bonded``: twist blocked.
+        """
+    @property
+    def inner_radius(self) -> float:
+        """
+        Undeformed inner radius [m].
+        """
+    @property
+    def layers(self) -> list[Layer]:
+        """
+        Layers from inside out (a new list).
+        """
+    @property
+    def length(self) -> float:
+        """
+        Length at zero pressure [m].
+        """
+    @property
+    def limit_pressure(self) -> float | None:
+        """
+        Pressure at which the unloaded tube balloons or else loses stability [Pa]; None when there is none in reach (stretches to 4).
+        """
+    @property
+    def locking_share(self) -> float:
+        """
+        Share of the work of a first small pressure that two-way fibres smeared over a layer spend against each other. Above 0.1 a state says that they lock.
+        """
+    @property
+    def mass(self) -> float:
+        """
+        [kg]
+        """
+    @property
+    def outer_radius(self) -> float:
+        """
+        Undeformed outer radius [m].
+        """
+    @property
+    def tension_only(self) -> bool:
+        """
+        True when fibres carry no compression.
+        """
+class Posture:
+    """
+    A solved limb: shape, wrenches, outcome.
+    """
+    def __getstate__(self) -> tuple[typing.Any, ...]:
+        ...
+    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
+        ...
+    def clearance(self, arg0: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], arg1: typing.SupportsInt | typing.SupportsIndex) -> tuple[float, int, int, float, float]:
+        ...
+    def compliance(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    def largest_stretch(self) -> list[float]:
+        """
+        Largest total stretch lz v3 of each rod.
+        """
+    def rod(self, rod: typing.SupportsInt | typing.SupportsIndex, fractions: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
+        """
+        Poses (n,4,4), forces, moments, strains, curvatures (n,3) of rod number `rod` at fractions of its length.
+        """
+    def rod_base_wrench(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    def tip_response(self, arg0: collections.abc.Sequence[Section], arg1: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    def verify(self) -> tuple[float, float, float, float, float]:
+        ...
+    @property
+    def base_wrench(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def conservative(self) -> bool:
+        ...
+    @property
+    def descent_iterations(self) -> int:
+        ...
+    @property
+    def elements(self) -> list[int]:
+        ...
+    @property
+    def error_estimate(self) -> float:
+        ...
+    @property
+    def iterations(self) -> int:
+        ...
+    @property
+    def message(self) -> str:
+        ...
+    @property
+    def plan(self) -> list[str]:
+        ...
+    @property
+    def plates(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def reactions(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def residual(self) -> float:
+        ...
+    @property
+    def scene(self) -> Scene:
+        ...
+    @property
+    def stable(self) -> bool:
+        ...
+    @property
+    def status(self) -> str:
+        ...
+    @property
+    def unstable_modes(self) -> int | None:
+        ...
+class Scene:
+    """
+    Rods at their pressures, loads and holds of one solve.
+    """
+    @property
+    def following(self) -> bool:
+        ...
+    @property
+    def gravity(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def rest_lengths(self) -> list[float]:
+        ...
+    @property
+    def sections(self) -> list[Section]:
+        ...
+class Geometry:
+    """
+    Placement of rods and plates of a limb; constant and shared.
+    """
+    def __getstate__(self) -> tuple[typing.Any, ...]:
+        ...
+    def __init__(self, segments: collections.abc.Sequence[tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex]], length: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
+        ...
+    def refused(self, scene: Scene, *, status: str, message: str) -> Posture:
+        """
+        Posture of a scene that cannot be solved, with the reason.
+        """
+    def scene(self, *, sections: collections.abc.Sequence[Section], rest_lengths: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], wrenches: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], following: bool, line_forces: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], line_moments: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], held: typing.Annotated[numpy.typing.ArrayLike, numpy.bool], hold_poses: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> Scene:
+        """
+        Scene of one solve; arrays as in Limb.solve, all given.
+        """
+    def solve(self, scene: Scene, *, tolerance: typing.SupportsFloat | typing.SupportsIndex, prefer_stable: bool, start: Posture | None, start_plates: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None) -> Posture:
+        """
+        Equilibrium of the scene.
+        """
+    def start_plates(self, scene: Scene) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Plates under constant curvature, unloaded: where a solve without a start begins.
+        """
+    @property
+    def length(self) -> float:
+        """
+        Reference length [m]
+        """
+def axial_strain(section: Section, force: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float]:
+    """
+    Strain v3 - 1 and its derivative to the force [1/N] of a section's axial law at a force [N], without end moment.
+    """
+def law_class_names() -> list[str]:
+    """
+    Class names of the material laws, in the order of the list in laws.hpp.
+    """
+def thread_geometry(*, inner: typing.SupportsFloat | typing.SupportsIndex, outer: typing.SupportsFloat | typing.SupportsIndex, thread_diameter: typing.SupportsFloat | typing.SupportsIndex, pitch: typing.SupportsFloat | typing.SupportsIndex, angle: typing.SupportsFloat | typing.SupportsIndex | None = None) -> ThreadGeometry:
+    """
+    Thread wound in a helix at the inner radius of a layer.
+    
+    Parameters
+    ----------
+    inner, outer : float
+        Radii of the layer [m].
+    thread_diameter : float
+        [m].
+    pitch : float
+        Axial distance between turns of one family [m].
+    angle : float, optional
+        From the circumferential direction [rad]. Default: that of the pitch, ``tan(angle) = pitch / (2 pi inner)``.
+    
+    Returns
+    -------
+    ThreadGeometry
+    
+    Raises
+    ------
+    ValueError
+        A length is not positive, the turns overlap, or the angle is outside (0, pi/2).
+    """
