@@ -349,6 +349,19 @@ void bind_limb(py::module_& m) {
                  return stretches;
              },
              "Largest total stretch lz v3 of each rod.")
+        .def("outside_axial_law",
+             [](const Posture& p) {
+                 std::vector<int> rods;
+                 for (std::size_t i = 0; i < p.scene.rods.size(); ++i)
+                     if (limb::leaves_axial_law(p, static_cast<int>(i))) rods.push_back(static_cast<int>(i));
+                 return rods;
+             },
+             "Numbers of the rods whose axial force leaves the range of their nonlinear axial law.")
+        .def("plate_stiffness",
+             [](const Posture& p) {
+                 return matrix_array(limb::plate_stiffness(*p.geometry, p.scene, p.solution.shape));
+             },
+             "Condensed stiffness of the plates' free freedoms, (6 J, 6 J).")
         .def("verify",
              [](const Posture& p) -> py::typing::Tuple<double, double, double, double, double> {
                  const limb::Verification v = limb::verify(p);

@@ -2164,6 +2164,14 @@ class Posture:
         """
         Largest total stretch lz v3 of each rod.
         """
+    def outside_axial_law(self) -> list[int]:
+        """
+        Numbers of the rods whose axial force leaves the range of their nonlinear axial law.
+        """
+    def plate_stiffness(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Condensed stiffness of the plates' free freedoms, (6 J, 6 J).
+        """
     def rod(self, rod: typing.SupportsInt | typing.SupportsIndex, fractions: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
         """
         Poses (n,4,4), forces, moments, strains, curvatures (n,3) of rod number `rod` at fractions of its length.

@@ -264,6 +264,9 @@ class Posture:
                 f"the law leaves its range in {len(outside)} rod{'s' if len(outside) > 1 else ''}: "
                 f"stretch {stretch:.4g}, fitted to {limit:.4g}"
             )
+        beyond = self._solved.outside_axial_law()
+        if beyond:
+            notes.append(f"the axial force leaves the range of the nonlinear axial law in {len(beyond)} rods")
         if self.touching:
             gap = 1e3 * (self.clearance or 0.0)
             notes.append(f"tubes touch: the smallest gap is {gap:.3g} mm, contact is not modelled")
@@ -420,6 +423,45 @@ class Posture:
         """
         self._require_success("a compliance")
         return self._solved.compliance()
+
+    @cached_property
+    def plate_stiffness(self) -> Array:
+        """Change of the balance of all plates with their moves (dp, dtheta), base axes at their origins, shape (6J, 6J).
+
+        Rods condensed; rows and columns of held freedoms are zero. Symmetric where the loads have a potential.
+
+        Raises
+        ------
+        RuntimeError
+            The posture is no equilibrium, or stands at a fold.
+        """
+        self._require_success("a stiffness")
+        return self._solved.plate_stiffness()
+
+    @cached_property
+    def _softest(self) -> tuple[float, Array]:
+        scale = np.tile([self.limb.length] * 3 + [1.0] * 3, len(self.limb.segments))
+        scaled = scale[:, None] * self.plate_stiffness * scale
+        values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
+        # Held freedoms leave zero rows: their eigenvectors carry no stiffness at all and are no modes.
+        free = np.abs(values) > 1e-12 * np.abs(values).max()
+        if not free.any():
+            raise RuntimeError("every plate is held: no freedom is left whose stiffness could be smallest")
+        lowest = int(np.flatnonzero(free)[0])
+        return float(values[lowest]), (scale * vectors[:, lowest]).reshape(-1, 6)
+
+    @property
+    def smallest_stiffness(self) -> float:
+        """Smallest eigenvalue of the plates' stiffness, translations counted in limb lengths [N m]; negative: unstable.
+
+        Errors as for `plate_stiffness`; RuntimeError as well where every plate is held.
+        """
+        return self._softest[0]
+
+    @property
+    def mode_shape(self) -> Array:
+        """Moves (dp [m], dtheta [rad]) of the plates in the softest mode, shape (J, 6); errors as above."""
+        return self._softest[1]
 
     @cached_property
     def jacobian(self) -> Array:

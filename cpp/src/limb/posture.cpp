@@ -32,9 +32,24 @@ std::vector<RodPoint> points_along(const Posture& posture, int i, const std::vec
     return points;
 }
 
+namespace {
+
+// Force and moment vary smoothly along a rod: five points find the extremes to a few per cent, enough for a warning.
+const std::vector<double> few_fractions = {0.0, 0.25, 0.5, 0.75, 1.0};
+
+}  // namespace
+
+bool leaves_axial_law(const Posture& posture, int i) {
+    const AxialLaw& law = posture.scene.rods[i].section.axial_law;
+    if (law.linear()) return false;
+    for (const RodPoint& point : points_along(posture, i, few_fractions))
+        if (!law.covers(point.force.dot(point.pose.rotation.col(2)))) return true;
+    return false;
+}
+
 double largest_stretch(const Posture& posture, int i) {
     double largest = 0.0;
-    for (const RodPoint& point : points_along(posture, i, {0.0, 0.25, 0.5, 0.75, 1.0}))
+    for (const RodPoint& point : points_along(posture, i, few_fractions))
         largest = std::max(largest, point.strain.z());
     return posture.scene.rods[i].section.stretch * largest;
 }

@@ -204,6 +204,18 @@ Matrix6 tip_compliance(const Geometry& geometry, const Scene& scene, const Shape
     return compliance;
 }
 
+Eigen::MatrixXd plate_stiffness(const Geometry& geometry, const Scene& scene, const Shape& shape) {
+    Equilibrium equilibrium(geometry, scene);
+    if (!equilibrium.linearise_at(shape)) throw std::runtime_error("the stiffness is singular here: a fold");
+    Eigen::MatrixXd dense = equilibrium.dense_stiffness();
+    for (int j = 0; j < geometry.plates(); ++j) {
+        const Matrix6& free = equilibrium.balance().projector(j);
+        dense.middleRows<6>(6 * j) = free * dense.middleRows<6>(6 * j).eval();
+        dense.middleCols<6>(6 * j) = dense.middleCols<6>(6 * j).eval() * free;
+    }
+    return dense;
+}
+
 std::vector<Vector6> tip_response(const Geometry& geometry, const Scene& scene, const Shape& shape,
                                   const std::vector<RodSlope>& slopes) {
     Equilibrium equilibrium(geometry, scene);

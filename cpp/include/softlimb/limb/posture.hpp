@@ -24,6 +24,9 @@ std::vector<RodPoint> points_along(const Posture& posture, int i, const std::vec
 /// Largest stretch lz v3 along rod i against its length at zero pressure: what a material law's range is judged by.
 double largest_stretch(const Posture& posture, int i);
 
+/// True when the axial force of rod i leaves the range of its nonlinear axial law somewhere.
+bool leaves_axial_law(const Posture& posture, int i);
+
 /// Smallest gap between two tubes [m] and where: rods and their fractions. Negative: they overlap. Tubes of one segment
 /// are compared everywhere; tubes of different segments only where both come closest away from their ends, because
 /// there the plates keep them apart. Radii of zero or less leave a rod out.
