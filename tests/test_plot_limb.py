@@ -132,6 +132,14 @@ def test_sweeps_and_centrelines_have_units_and_equal_scales(posture) -> None:
     assert "% of 650.0 mm" in figure.get_suptitle()
 
 
+def test_a_notebook_shows_a_figure_as_a_picture(posture) -> None:
+    import pickle
+
+    figure = plot.limb(posture)
+    assert figure._repr_png_()[:8] == b"\x89PNG\r\n\x1a\n"
+    assert pickle.loads(pickle.dumps(figure)).axes
+
+
 def test_pictures_leave_no_global_state(posture) -> None:
     import matplotlib
 

@@ -207,6 +207,35 @@ def test_a_scene_comes_back_from_its_file_bit_for_bit(tmp_path: Path) -> None:
     assert again.description == scene.description
 
 
+def test_the_example_in_the_documentation_is_a_scene_that_solves(tmp_path: Path) -> None:
+    import softlimb.scenes.scene
+
+    example = softlimb.scenes.scene.__doc__.partition("::\n")[2]
+    (tmp_path / "scene.toml").write_text("\n".join(line[4:] for line in example.splitlines()), encoding="utf-8")
+    scene = Scene.from_toml(tmp_path / "scene.toml")
+    assert scene.sweep_pressures().shape == (26, 9)
+    posture = scene.solve()
+    assert posture.success
+    np.testing.assert_allclose(posture.tip[:3, 3], [0.1, 0.0, 0.7], atol=1e-5)  # ten times the tolerance times 0.65 m
+
+
+def test_the_example_of_a_limb_in_the_documentation_can_be_read() -> None:
+    import softlimb.scenes.limb_file
+
+    example = softlimb.scenes.limb_file.__doc__.partition("::\n")[2].rpartition("A material that")[0]
+    text = "\n".join(line[4:] for line in example.splitlines())
+    limb = scenes.limb_from_dict(_parsed(text))
+    assert limb.segments[0].ring_radius == 28 * mm
+
+
+def _parsed(text: str) -> dict:
+    try:
+        import tomllib
+    except ModuleNotFoundError:
+        import tomli as tomllib
+    return tomllib.loads(text)
+
+
 def test_a_limb_may_stand_in_a_file_beside_the_scene(tmp_path: Path) -> None:
     (tmp_path / "parts").mkdir()
     scenes.write_limb(reference_limb(), tmp_path / "parts" / "limb.toml")

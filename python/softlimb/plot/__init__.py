@@ -2,5 +2,19 @@
 
 from softlimb.plot.curves import comparison, curve, positions, sweep
 from softlimb.plot.limb import limb, side_view
+from softlimb.plot.material import draw_fit
+from softlimb.plot.tube import ballooning, elongation, stiffness, wall_stress
 
-__all__ = ["comparison", "curve", "limb", "positions", "side_view", "sweep"]
+__all__ = [
+    "ballooning",
+    "comparison",
+    "curve",
+    "draw_fit",
+    "elongation",
+    "limb",
+    "positions",
+    "side_view",
+    "stiffness",
+    "sweep",
+    "wall_stress",
+]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -23,6 +25,7 @@ PRESSURE_COLOURS = "YlOrBr"  # from pale to dark: the value can be read from a g
 PRESSURE_SHARE = (0.06, 0.82)  # part of the map in use: beyond it the shading of a tube would drown in black
 FONT_SIZE = 9.0
 DOTS_PER_INCH = 200
+_NOTEBOOK_DOTS_PER_INCH = 110  # 180 mm are 780 pixels, which every notebook shows without scaling
 
 
 def new_figure(width_mm: float, height_mm: float, *, constrained: bool = True) -> Figure:
@@ -37,7 +40,16 @@ def new_figure(width_mm: float, height_mm: float, *, constrained: bool = True) -
         figsize=(width_mm / 25.4, height_mm / 25.4), layout="constrained" if constrained else None, dpi=DOTS_PER_INCH
     )
     FigureCanvasAgg(figure)
+    # Notebooks show what has this method; without it a figure that pyplot does not know prints as text.
+    setattr(figure, "_repr_png_", partial(as_png, figure))  # noqa: B010
     return figure
+
+
+def as_png(figure: Figure) -> bytes:
+    """The figure as a PNG of a notebook's width."""
+    buffer = BytesIO()
+    figure.savefig(buffer, format="png", dpi=_NOTEBOOK_DOTS_PER_INCH)
+    return buffer.getvalue()
 
 
 def finish(axes: Axes, x_label: str, y_label: str) -> None:

@@ -1,4 +1,48 @@
-"""A scene: a limb, its pressures and loads, what is asked of the solver, and the ranges of a sweep."""
+"""A scene: a limb, its pressures and loads, what is asked of the solver, and the ranges of a sweep.
+
+As a TOML file; everything but the limb may be left out, and any unit of the right dimension will do::
+
+    [limb]
+    preset = "reference-limb"       # with segments = ["proximal", ...] for a part of it; or
+    # file = "limb.toml"            # beside this file; or the limb itself, as `softlimb.scenes.limb_file` shows
+
+    [scene]
+    title = "Pushed aside"
+    pressures_kPa = [[90, 60, 30], [60, 40, 20], [50, 50, 50]]   # one list a segment, or flat
+    # rest_lengths_mm = [...]       # of all rods, in place of pressures
+    gravity_m_s2 = [0, 0, 9.81]
+    tip_force_N = [0.5, 0, 0]
+    tip_moment_Nm = [0, 0, 0.01]
+    frame = "base"                  # or "plate": forces and moments turn with their plate
+    tolerance = 1e-6                # tip error asked for, relative to the limb's length
+    section = "tangent"             # or "nonlinear", "paper"
+    valve = "open"                  # or "locked"
+    prefer_stable = true
+
+    [[scene.plate_loads]]           # segments, plates, rods and actuators count from 1, from the base
+    plate = 2
+    force_N = [0, 1, 0]
+    moment_Nm = [0, 0, 0]
+
+    [[scene.rod_loads]]             # without `rod`: on all rods of the segment
+    segment = 1
+    rod = 3
+    force_per_length_N_m = [0, 2, 0]
+
+    [scene.held_tip]
+    position_mm = [100, 0, 700]
+    rotation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    freedoms = ["x", "y", "z", "rotation_x", "rotation_y", "rotation_z"]
+
+    [[scene.sweep]]                 # one axis of a grid; further ones overrule, the last runs fastest
+    actuators = [[1, 1], [1, 2]]    # or segment = 1
+    from_kPa = 0                    # or values_kPa = [...]
+    to_kPa = 60
+    points = 13
+
+    [[scene.sweep]]                 # the scene's own pressures in proportion
+    factors = [0.5, 1.0]
+"""
 
 from __future__ import annotations
 
