@@ -48,6 +48,11 @@ def run(arguments: argparse.Namespace) -> int:
         f"{len(batch)} postures, {int(batch.success.sum())} successful; "
         f"reference length {batch.limb.length / mm:.1f} mm"
     )
+    remarks = [row for row in np.flatnonzero(batch.success).tolist() if batch.message[row] != batch.status[row]]
+    if remarks:
+        print(
+            f"{len(remarks)} rows carry remarks (the table has all); row {remarks[0] + 1}: {batch.message[remarks[0]]}"
+        )
     for row, message in batch.failures.items():
         print(f"row {row + 1}: {batch.status[row]}: {message}")
     if arguments.table is not None:
