@@ -211,6 +211,44 @@ double Descent::work_on_step(const Shape& from, const Shape& to) const {
     return work;
 }
 
+bool Descent::leave_along_mode(const Shape& saddle, double saddle_energy, double multiplier, Shape& lower) {
+    // A straight step along a mode stretches a stiff rod by the square of its turn: with EA l^2/EI = 1e6 it gains height
+    // beyond a turn of a thousandth, however unstable the saddle. A few Newton steps, convex by the multiplier that the
+    // saddle needed, take the stretch out again before the heights are compared.
+    constexpr int relaxations = 6;
+    const std::vector<Vector6> mode = moves_;
+    const std::vector<std::vector<Vector6>> node_mode = node_moves_;
+    double best = 0.0;
+    Shape trial = saddle, next = saddle;
+    for (const double amplitude : {0.3, 0.03, 0.003}) {
+        for (const double factor : {amplitude, -amplitude}) {
+            moves_ = mode, node_moves_ = node_mode;
+            scale_step(factor);
+            apply(saddle, trial);
+            for (int round = 0; round <= relaxations; ++round) {
+                const double change = energy(trial) - saddle_energy - work_on_step(saddle, trial);
+                if (!std::isfinite(change) || largest_element_angle(trial) >= 2.0) break;
+                if (change < best) best = change, lower = trial;
+                if (round == relaxations || !step_within(trial, multiplier, amplitude)) break;
+                apply(trial, next);
+                std::swap(trial, next);
+            }
+        }
+        if (best < 0.0) return true;
+    }
+    return false;
+}
+
+bool Descent::step_within(const Shape& shape, double multiplier, double radius) {
+    if (!linearise(shape)) return false;
+    for (int rung = 0; rung < 20; ++rung, multiplier *= 4.0) {
+        if (!factor(shape, multiplier)) continue;
+        solve_for_step(shape);
+        if (step_size() <= radius) return true;
+    }
+    return false;
+}
+
 DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
     using solve::SolveStatus;
     DescentReport report;
@@ -271,20 +309,10 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
             }
             report.left_saddle = true;
             solve_for_unstable_mode(shape);
-            double best = 0.0, best_factor = 0.0;
-            for (const double factor : {0.3, -0.3, 0.03, -0.03}) {
-                scale_step(factor);
-                apply(shape, trial);
-                const double change = energy(trial) - report.energy - work_on_step(shape, trial);
-                if (change < best && largest_element_angle(trial) < 2.0) best = change, best_factor = factor;
-                scale_step(1.0 / factor);
-            }
-            if (best_factor == 0.0) {
+            if (!leave_along_mode(shape, report.energy, multiplier, trial)) {
                 report.status = SolveStatus::no_progress;
                 return report;
             }
-            scale_step(best_factor);
-            apply(shape, trial);
             std::swap(shape, trial);
             report.energy = energy(shape);
             fresh = false;

@@ -36,6 +36,10 @@ private:
     bool factor(const Shape& shape, double multiplier);  // false when the shifted Hessian is not positive definite
     void solve_for_step(const Shape& shape);
     void solve_for_unstable_mode(const Shape& shape);
+    /// Goes down from a saddle along the mode at hand; false where no step of it leads lower.
+    bool leave_along_mode(const Shape& saddle, double saddle_energy, double multiplier, Shape& lower);
+    /// Newton step at a shape, shifted by at least `multiplier` and as much more as makes it convex and short enough.
+    bool step_within(const Shape& shape, double multiplier, double radius);
     double step_size() const;
     double slope_along_step(const Shape& shape) const;
     double metric_norm_squared() const;
