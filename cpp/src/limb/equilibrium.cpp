@@ -37,6 +37,9 @@ void choose_mesh(const Geometry& geometry, const Scene& scene, double tolerance,
     // One eighth-order step over an activity z errs by about 1e-8 z^8 of the length (tests/test_rod.py measures it); a
     // piece of activity above 1.5 makes Newton's basin small.
     constexpr double largest_piece = 1.5, error_of_unit_step = 1e-8;
+    // Wrenches of a shape far from balance ask for any number of pieces, and each call splits what it finds: a rod of
+    // growth e^80 needs 54, one of forty turns 168.
+    constexpr double largest_rod = 400.0;
     const double step = std::clamp(std::pow(0.1 * tolerance / error_of_unit_step, 0.125), 0.1, largest_piece);
     for (std::size_t i = 0; i < shape.rods.size(); ++i) {
         RodShape& rod = shape.rods[i];
@@ -44,7 +47,7 @@ void choose_mesh(const Geometry& geometry, const Scene& scene, double tolerance,
         const double length = scene.rods[i].rest_length / rod.elements();
         double z = 0.0;
         for (const Vector6& w : rod.wrenches) z = std::max(z, activity(section, w, length));
-        z = std::min(z, 1e3);
+        z = std::min(z, std::max(largest_piece, largest_rod / rod.elements()));
         split_elements(rod, std::max(1, static_cast<int>(std::ceil(z / largest_piece))));
         const double piece = z / std::max(1.0, std::ceil(z / largest_piece));
         rod.integration = {8, std::max(1, static_cast<int>(std::ceil(piece / step)))};
@@ -277,10 +280,16 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings) {
         apply(1.0, shape);
         if (size < 0.1 * error || refined) {
             // Not Newton's error but the integration's: finer steps.
+            // A piece of activity 1.5 at the tightest tolerance takes 15 steps; more than this many is divergence.
+            constexpr int most_steps = 256;
             const double ratio = std::pow(4.0 * error / settings.tolerance, 1.0 / 8.0);
             for (RodShape& rod : shape.rods) {
                 const int steps = static_cast<int>(std::ceil(ratio * rod.integration.steps));
                 rod.integration.steps = std::max(rod.integration.steps + 1, std::min(steps, 4 * rod.integration.steps));
+                if (rod.integration.steps > most_steps) {
+                    report.status = SolveStatus::no_progress;
+                    return report;
+                }
             }
             ++refinements;
         }
