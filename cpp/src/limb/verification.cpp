@@ -45,7 +45,7 @@ State integrate(const rod::RodPiece& piece, State y, int steps) {
     return y;
 }
 
-/// End of a piece, RK4 with halved steps until the end moves by less than 1e-11 of the piece.
+/// End of a piece, RK4 with halved steps until the end is good to 1e-13 of the piece.
 State converged_end(const rod::RodPiece& piece, const State& base) {
     State coarse = integrate(piece, base, 16);
     for (int steps = 32; steps <= 16384; steps *= 2) {
@@ -53,7 +53,7 @@ State converged_end(const rod::RodPiece& piece, const State& base) {
         const double change = (fine.p - coarse.p).norm() / piece.length +
                               (fine.q.coeffs() - coarse.q.coeffs()).norm();
         // RK4 halves to a sixteenth, so the finer value is fifteen times better than the change.
-        if (change < 1.5e-10) return fine;
+        if (change < 1.5e-12) return fine;
         coarse = fine;
     }
     return coarse;
