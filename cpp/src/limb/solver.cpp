@@ -175,8 +175,9 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         // Re-linearise at that posture, so that compliance and reactions belong to it.
         Attempt again = refine(geometry, scene, options, equilibrium, unstable->shape, solution.iterations);
         if (again.converged())
-            return accept(again, again.stable() ? "converged; not where the descent ended, another posture may exist"
-                                                : "converged to an unstable posture: no stable one was found");
+            return accept(again, again.stable() || !solution.conservative
+                                     ? "converged; not where the descent ended, another posture may exist"
+                                     : "converged to an unstable posture: no stable one was found");
     }
     fill(scene, equilibrium, last, solution);
     switch (last.report.status) {
