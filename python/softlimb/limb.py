@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -25,13 +25,21 @@ Array = NDArray[np.float64]
 Frame = Literal["base", "plate"]
 
 
+def _real(value: ArrayLike) -> Array:
+    """A copy as floats; TypeError or ValueError for anything but real numbers, truth values and texts included."""
+    given = np.asarray(value)
+    if given.dtype.kind not in "iufO":
+        raise TypeError(f"not real numbers: {given.dtype}")
+    return np.array(given, dtype=float)
+
+
 def _vector(name: str, value: ArrayLike, size: int = 3) -> Array:
     return _array(name, value, (size,))
 
 
 def _array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
     try:
-        array = np.array(value, dtype=float)
+        array = _real(value)
     except (TypeError, ValueError):
         raise ValueError(f"{name} must be numbers of shape {shape}, got {value!r}") from None
     if array.shape != shape:
@@ -59,8 +67,18 @@ def _require_pose(name: str, pose: Array) -> None:
         raise ValueError(f"the last row of {name} must be (0, 0, 0, 1), got {pose[3].tolist()}")
 
 
+def _scalar(name: str, value: float) -> float:
+    try:
+        number = _real(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be a number, got {value!r}") from None
+    if number.ndim != 0:
+        raise TypeError(f"{name} must be one number, got shape {number.shape}")
+    return float(number)
+
+
 def _number(name: str, value: float, *, positive: bool) -> float:
-    number = float(value)
+    number = _scalar(name, value)
     if not np.isfinite(number) or number < 0.0 or (positive and number == 0.0):
         raise ValueError(f"{name} must be finite and {'positive' if positive else 'not negative'}, got {number!r}")
     return number
@@ -217,14 +235,16 @@ class Segment:
     ) -> None:
         if (actuators is None) == (rods is None):
             raise ValueError("a segment takes either actuators or rods: give exactly one of the two")
-        members: tuple[Tube | Rod, ...] = tuple(actuators if actuators is not None else rods or ())
-        kind: type = Tube if actuators is not None else Rod
+        name, kind, given = ("actuators", Tube, actuators) if actuators is not None else ("rods", Rod, rods)
+        members: tuple[Tube | Rod, ...] = _tuple(name, given)
         for member in members:
             if not isinstance(member, kind):
                 raise TypeError(f"a segment's members must each be a {kind.__name__}, got {type(member).__name__}")
         if not members:
             raise ValueError("a segment needs at least one actuator or rod, got none")
         self.members = members
+        if not isinstance(plate, (Plate, type(None))):
+            raise TypeError(f"plate must be a Plate, got {type(plate).__name__}")
         self.plate = Plate() if plate is None else plate
         self.ring_radius: float | None = None
         if ring_radius is not None:
@@ -295,7 +315,7 @@ class Limb:
     """
 
     def __init__(self, segments: Sequence[Segment]) -> None:
-        self.segments = tuple(segments)
+        self.segments: tuple[Segment, ...] = _tuple("segments", segments)
         if not self.segments:
             raise ValueError("a limb needs at least one segment, got none")
         for segment in self.segments:
@@ -422,7 +442,9 @@ class Limb:
         }
         wrenches = loads["plate_wrenches"].copy()
         wrenches[-1] += np.concatenate([loads["tip_force"], loads["tip_moment"]])
-        tolerance = float(tolerance)
+        tolerance = _scalar("tolerance", tolerance)
+        if not isinstance(prefer_stable, (bool, np.bool_)):
+            raise TypeError(f"prefer_stable must be True or False, got {prefer_stable!r}")
         if not 1e-12 <= tolerance <= 0.1:
             raise ValueError(f"tolerance must be within 1e-12 and 0.1 of the limb's length, got {tolerance!r}")
 
@@ -569,9 +591,9 @@ class Limb:
             poses = _frames("plate_poses", plate_poses, plates).copy()
             held[:] = True
         if plate_held is not None:
-            held = np.array(plate_held, dtype=bool)
-            if held.shape != (plates, 6):
-                raise ValueError(f"plate_held has shape {held.shape}: expected ({plates}, 6)")
+            held = np.array(plate_held)
+            if held.shape != (plates, 6) or held.dtype != np.bool_:
+                raise ValueError(f"plate_held must be booleans of shape ({plates}, 6), got {plate_held!r}")
         if tip_pose is not None:
             pose = _array("tip_pose", tip_pose, (4, 4))
             _require_pose("tip_pose", pose)
@@ -624,8 +646,14 @@ class Limb:
         return f"Limb({len(self.segments)} segments, length={self.length:.6g}: {inside})"
 
 
+def _tuple(name: str, value: Any) -> tuple[Any, ...]:
+    if not isinstance(value, Iterable):
+        raise TypeError(f"{name} must be a sequence, got {type(value).__name__}")
+    return tuple(value)
+
+
 def _choice(name: str, value: str, choices: tuple[str, ...]) -> str:
-    if value not in choices:
+    if not isinstance(value, str) or value not in choices:
         raise ValueError(f"{name} must be one of {', '.join(map(repr, choices))}, got {value!r}")
     return value
 
@@ -633,11 +661,11 @@ def _choice(name: str, value: str, choices: tuple[str, ...]) -> str:
 def _ragged(name: str, value: Any) -> Array:
     """Flat or regular numbers as an array; a list of arrays of different lengths one after the other."""
     try:
-        return np.array(value, dtype=float)
+        return _real(value)
     except (TypeError, ValueError):
         pass
     try:
-        return np.concatenate([np.array(part, dtype=float) for part in value])
+        return np.concatenate([_real(part) for part in value])
     except (TypeError, ValueError):
         rule = "numbers: flat, (segments, n), or one array a segment"
         raise ValueError(f"{name} must be {rule}, got {value!r}") from None
@@ -648,7 +676,7 @@ def _flat(name: str, value: Any, counts: tuple[int, ...], what: str) -> Array:
     equal = len(set(counts)) == 1
     array = _ragged(name, value)
     shape = array.shape
-    nested = not isinstance(value, np.ndarray) and array.ndim == 1 and np.ndim(value[0]) == 1
+    nested = not isinstance(value, np.ndarray) and array.size > 0 and array.ndim == 1 and np.ndim(value[0]) == 1
     if nested:
         lengths = tuple(len(part) for part in value)
         fits = lengths == counts
