@@ -64,8 +64,8 @@ def solved(limb: sl.Limb, *pressures: Any, **options: Any) -> sl.Posture:
     return found
 
 
-def ring(count: int, section: sl.Section = SOFT, length: float = 0.2, radius: float = 0.03, **plate: float) -> sl.Segment:
-    return sl.Segment(rods=[sl.Rod(section, length)] * count, ring_radius=radius, plate=sl.Plate(**plate))
+def ring(count: int, radius: float = 0.03, **plate: float) -> sl.Segment:
+    return sl.Segment(rods=[sl.Rod(SOFT, 0.2)] * count, ring_radius=radius, plate=sl.Plate(**plate))
 
 
 def wrench_at_base(found: sl.Posture) -> np.ndarray:
@@ -106,7 +106,12 @@ def test_permuting_the_actuators_of_each_ring_turns_the_answer(reference: sl.Lim
     force = np.array([0.3, -0.2, 0.1])
     first = solved(reference, COMPLEX, gravity=HANGING, tip_force=force, section=section, tolerance=1e-9)
     second = solved(
-        reference, np.roll(COMPLEX, 1, axis=1), gravity=HANGING, tip_force=third @ force, section=section, tolerance=1e-9
+        reference,
+        np.roll(COMPLEX, 1, axis=1),
+        gravity=HANGING,
+        tip_force=third @ force,
+        section=section,
+        tolerance=1e-9,
     )
     expected = pose(rotation=third) @ first.tip @ pose(rotation=third.T)
     # Two solves, each within 1e-9 of the length; rotations a few times that.
@@ -259,7 +264,9 @@ def test_no_work_is_done_around_a_closed_path_of_tip_forces(reference: sl.Limb, 
     slopes = 0.4 * np.stack([-np.sin(angles), 2.0 * np.cos(2.0 * angles), np.cos(angles)], axis=1)
     tips, start = [], None
     for force in forces:
-        start = reference.solve(COMPLEX, gravity=HANGING, tip_force=force, section=section, tolerance=1e-10, start=start)
+        start = reference.solve(
+            COMPLEX, gravity=HANGING, tip_force=force, section=section, tolerance=1e-10, start=start
+        )
         assert start.success and start.stable
         tips.append(start.tip[:3, 3])
     powers = ((np.array(tips) - np.mean(tips, axis=0)) * slopes).sum(axis=1)
@@ -440,7 +447,7 @@ def test_a_stiff_rod_beside_soft_ones_takes_the_load() -> None:
 
 
 def stewart_gough(lengths: Any) -> sl.Limb:
-    """Six steel legs of 0.4 m and 1 mm radius; joints in pairs 20 degrees apart, the tip pattern turned by 60 degrees."""
+    """Six steel legs, 0.4 m, radius 1 mm; joints in pairs 20 degrees apart, the tip pattern turned by 60 degrees."""
     radius = 1e-3
     area, second = np.pi * radius**2, 0.25 * np.pi * radius**4
     steel = sl.Section(axial=200e9 * area, shear=80e9 * area, bending=200e9 * second, torsion=80e9 * 2.0 * second)

@@ -89,7 +89,7 @@ def assert_pose(found: np.ndarray, position: Any, rotation: Any, length: float) 
 def assert_wrenches(found: Any, expected: Any) -> None:
     found, expected = np.reshape(found, (-1, 6)), np.reshape(expected, (-1, 6))
     for part in (slice(0, 3), slice(3, 6)):
-        # Where the loads balance to no force (a pure moment) or no moment, both sides hold rounding: 1e-10 N, N m are zero.
+        # Where there is no force (a pure moment) or no moment, both sides hold rounding: 1e-10 N, N m are zero.
         largest = max(np.abs(expected[:, part]).max(), 1e-4)
         assert_allclose(found[:, part], expected[:, part], rtol=0.0, atol=1e-6 * largest)
 
