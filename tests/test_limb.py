@@ -649,6 +649,23 @@ def test_a_pressure_past_ballooning_is_a_status_and_no_exception(reference: sl.L
     assert "limit_point" in repr(found)
 
 
+def test_a_solve_that_fails_answers_every_question_about_its_best_point() -> None:
+    # A ring of equilibria has no isolated one to meet at this tolerance, so the solve ends without success.
+    section = sl.Section(axial=1e6, shear=1e6 / 3.0, bending=1.0, torsion=0.8)
+    found = sl.Rod(section, 1.0).cantilever((0.0, 0.0, -400.0), tolerance=1e-12).posture
+    if found.success:
+        pytest.skip("this solver succeeds here: no failure to ask")
+    assert found.message.startswith("not converged")
+    assert found.reactions.shape == (1, 6)
+    assert np.array_equal(found.tip_reaction, np.zeros(6))
+    assert not found.stable and found.unstable_modes is None
+    found.verify()  # read past the end of an empty list once
+    assert np.isfinite(found.centreline(11)).all()
+    assert pickle.loads(pickle.dumps(found)).status == found.status
+    with pytest.raises(RuntimeError, match="equilibrium"):
+        found.compliance  # noqa: B018
+
+
 def test_a_rest_length_out_of_reach_is_a_status_and_no_exception(reference: sl.Limb) -> None:
     found = reference.solve(rest_lengths=np.full(9, 2.0))
     assert found.status == "limit_point"

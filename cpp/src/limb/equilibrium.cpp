@@ -281,7 +281,7 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings) {
         if (size < 0.1 * error || refined) {
             // Not Newton's error but the integration's: finer steps.
             // A piece of activity 1.5 at the tightest tolerance takes 15 steps; more than this many is divergence.
-            constexpr int most_steps = 256;
+            constexpr int most_steps = 48;
             const double ratio = std::pow(4.0 * error / settings.tolerance, 1.0 / 8.0);
             for (RodShape& rod : shape.rods) {
                 const int steps = static_cast<int>(std::ceil(ratio * rod.integration.steps));

@@ -98,6 +98,7 @@ std::string count_of(int modes) {
 Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions& options, const Shape* start) {
     Solution solution;
     solution.conservative = scene.conservative();
+    solution.reactions.assign(geometry.plates(), Vector6::Zero());  // of a solve that fails: verification reads them
     Equilibrium equilibrium(geometry, scene);
     std::optional<Attempt> unstable;  // found on the way, in case nothing better turns up
 
