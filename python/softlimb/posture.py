@@ -503,7 +503,7 @@ class Posture:
             pressure there is nothing to check, and every error is infinite.
         """
         if self.status == "limit_point":
-            return Verification(*[np.inf] * 5, self.tolerance)
+            return Verification(np.inf, np.inf, np.inf, np.inf, np.inf, self.tolerance)
         return Verification(*self._solved.verify(), self.tolerance)
 
     @property
