@@ -499,8 +499,8 @@ class Posture:
         Returns
         -------
         Verification
-            ``success`` tells whether rods meet their plates and all forces balance. Where an actuator has no state at its
-            pressure there is nothing to check, and every error is infinite.
+            ``success`` tells whether rods meet their plates and all forces balance. Where an actuator has no state at
+            its pressure there is nothing to check, and every error is infinite.
         """
         if self.status == "limit_point":
             return Verification(np.inf, np.inf, np.inf, np.inf, np.inf, self.tolerance)
