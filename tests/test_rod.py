@@ -575,3 +575,14 @@ def test_a_curve_needs_a_whole_number_of_points(n: Any) -> None:
     found = sl.Rod(SOFT, LENGTH).cantilever()
     with pytest.raises((ValueError, TypeError), match="points"):
         found.centreline(n)
+
+
+@pytest.mark.parametrize("turns", [1, 3, 5])
+@pytest.mark.parametrize("slender", [1e3, 1e5])
+def test_a_tip_moment_winds_the_rod_up_into_circles(turns, slender):
+    rod = sl.Rod(sl.Section(axial=slender, shear=slender / 3, bending=1.0, torsion=0.8), 1.0)
+    tip = rod.cantilever(tip_moment=(0.0, 2.0 * np.pi * turns, 0.0))
+    assert tip.success and tip.verify().success
+    # A whole number of turns ends where it began; the tolerance asked for is 1e-6 of the length.
+    np.testing.assert_allclose(tip.tip, np.eye(4), rtol=0.0, atol=1e-6)
+    np.testing.assert_allclose(tip.curvature[:, 1], 2.0 * np.pi * turns, rtol=1e-6)

@@ -426,7 +426,7 @@ class Posture:
 
     @cached_property
     def plate_stiffness(self) -> Array:
-        """Change of the balance of all plates with their moves (dp, dtheta), base axes at their origins, shape (6J, 6J).
+        """Change of the plates' balance with their moves (dp, dtheta), base axes at their origins, shape (6J, 6J).
 
         Rods condensed; rows and columns of held freedoms are zero. Symmetric where the loads have a potential.
 

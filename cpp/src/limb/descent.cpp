@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <random>
 
+#include "softlimb/largest.hpp"
 #include "softlimb/limb/start.hpp"
 
 namespace softlimb::limb {
@@ -19,7 +20,7 @@ double largest_element_angle(const Shape& shape) {
     double largest = 0.0;
     for (const RodShape& rod : shape.rods)
         for (int e = 0; e < rod.elements(); ++e)
-            largest = std::max(largest, log_so3(rod.nodes[e].rotation.transpose() * rod.nodes[e + 1].rotation).norm());
+            grow(largest, log_so3(rod.nodes[e].rotation.transpose() * rod.nodes[e + 1].rotation).norm());
     return largest;
 }
 
@@ -118,12 +119,13 @@ void Descent::solve_for_unstable_mode(const Shape& shape) {
 
 double Descent::step_size() const {
     double size = 0.0;
-    const auto grow = [&](const Vector6& x) {
-        size = std::max({size, x.head<3>().norm() / length_scale_, x.tail<3>().norm()});
+    const auto include = [&](const Vector6& x) {
+        grow(size, x.head<3>().norm() / length_scale_);
+        grow(size, x.tail<3>().norm());
     };
-    for (const Vector6& x : moves_) grow(x);
+    for (const Vector6& x : moves_) include(x);
     for (const auto& nodes : node_moves_)
-        for (const Vector6& x : nodes) grow(x);
+        for (const Vector6& x : nodes) include(x);
     return size;
 }
 
@@ -307,7 +309,7 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
                 report.status = SolveStatus::no_progress;
                 return report;
             }
-            report.left_saddle = true;
+            if (!report.saddle) report.saddle = shape;
             solve_for_unstable_mode(shape);
             if (!leave_along_mode(shape, report.energy, multiplier, trial)) {
                 report.status = SolveStatus::no_progress;

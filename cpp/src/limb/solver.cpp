@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include "softlimb/largest.hpp"
 #include "softlimb/limb/descent.hpp"
 #include "softlimb/limb/start.hpp"
 
@@ -16,7 +17,8 @@ double distance(const Geometry& geometry, const Shape& a, const Shape& b) {
     double largest = 0.0;
     for (int j = 0; j < geometry.plates(); ++j) {
         const Vector6 gap = rod::pose_gap(a.plates[j], b.plates[j]);
-        largest = std::max({largest, gap.head<3>().norm() / geometry.length, gap.tail<3>().norm()});
+        grow(largest, gap.head<3>().norm() / geometry.length);
+        grow(largest, gap.tail<3>().norm());
     }
     return largest;
 }
@@ -24,16 +26,16 @@ double distance(const Geometry& geometry, const Shape& a, const Shape& b) {
 /// Descends until the mesh is fine enough for its bends and the descent is done.
 DescentReport descend(const Geometry& geometry, const Scene& scene, Shape& shape, int& iterations) {
     DescentReport report;
-    bool left_saddle = false;
+    std::optional<Shape> saddle;
     for (int refinement = 0; refinement < 8; ++refinement) {
         Descent descent(geometry, scene);
         report = descent.run(shape, {});
         iterations += report.iterations;
-        left_saddle = left_saddle || report.left_saddle;
+        if (report.saddle && !saddle) saddle = std::move(report.saddle);
         if (!report.needs_refinement) break;
         for (RodShape& rod : shape.rods) split_elements(rod, 2);
     }
-    report.left_saddle = left_saddle;
+    report.saddle = std::move(saddle);
     return report;
 }
 
@@ -60,6 +62,49 @@ Attempt refine(const Geometry& geometry, const Scene& scene, const SolveOptions&
         choose_mesh(geometry, scene, options.tolerance, attempt.shape);
     }
     return attempt;
+}
+
+/// Loads grown from nothing to all, Newton from each step's posture: the way for loads without a potential, and for
+/// those that wind a rod up so far that no straight start reaches it. Ends early where the path folds.
+std::optional<Shape> grow_loads(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
+                                const Shape& unloaded, int& iterations) {
+    constexpr double smallest_step = 1e-3, largest_step = 0.25;
+    SolveOptions rough = options;
+    rough.tolerance = std::max(options.tolerance, 1e-6);  // only the last step has to be exact
+    rough.max_iterations = 12;                            // a step that takes more is too long
+    Scene part = scene;
+    Equilibrium equilibrium(geometry, part);
+    Shape reached = unloaded;
+    double done = 0.0, step = 0.1;
+    while (done < 1.0) {
+        const double share = std::min(1.0, done + step);
+        part.gravity = share * scene.gravity;
+        for (std::size_t j = 0; j < scene.wrenches.size(); ++j) part.wrenches[j] = share * scene.wrenches[j];
+        for (std::size_t i = 0; i < scene.rods.size(); ++i) {
+            part.rods[i].line_load.force = share * scene.rods[i].line_load.force;
+            part.rods[i].line_load.moment = share * scene.rods[i].line_load.moment;
+        }
+        Attempt attempt = refine(geometry, part, rough, equilibrium, reached, iterations);
+        // A step that jumps has left the path.
+        if (attempt.converged() && distance(geometry, attempt.shape, reached) < 1.0) {
+            reached = std::move(attempt.shape);
+            done = share;
+            step = std::min(1.5 * step, largest_step);
+            continue;
+        }
+        step *= 0.4;
+        if (step < smallest_step) return std::nullopt;
+    }
+    return reached;
+}
+
+/// The same scene without any load.
+Scene unloaded(const Scene& scene) {
+    Scene bare = scene;
+    bare.gravity.setZero();
+    for (Vector6& w : bare.wrenches) w.setZero();
+    for (RodAtPressure& rod : bare.rods) rod.line_load = {};
+    return bare;
 }
 
 /// Real negative eigenvalues of a stiffness that is not symmetric: ways in which the limb diverges without oscillating.
@@ -107,6 +152,15 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         solution.message = std::move(message);
         return solution;
     };
+    // A saddle of the mesh is worth a word only if the exact rods have an unstable posture there too.
+    const auto is_unstable_posture = [&](Shape shape) {
+        for (RodShape& rod : shape.rods) split_elements(rod, std::max(1, 4 / rod.elements()));
+        set_geodesic_wrenches(scene, shape);
+        Equilibrium other(geometry, scene);
+        int ignored = 0;
+        const Attempt met = refine(geometry, scene, options, other, shape, ignored);
+        return met.converged() && !met.stable() && distance(geometry, met.shape, shape) < 0.5;
+    };
     const auto good_enough = [&](const Attempt& attempt) {
         return attempt.converged() && (attempt.stable() || !options.prefer_stable || !solution.conservative);
     };
@@ -143,17 +197,17 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     }
 
     // Far starts: descend on a coarse mesh, then on finer ones until the exact solution is the descent's own.
-    bool left_saddle = false;
-    const DescentReport coarse = descend(geometry, scene, shape, solution.descent_iterations);
-    left_saddle = left_saddle || coarse.left_saddle;
+    std::optional<Shape> saddle;
+    DescentReport coarse = descend(geometry, scene, shape, solution.descent_iterations);
+    if (coarse.saddle) saddle = std::move(coarse.saddle);
     solution.plan.push_back(start ? "the given start was not enough: descent of the energy from there"
                                   : "no start given: descent of the energy from constant curvature");
     Attempt last;
     for (int parts : {4, 8, 16, 32, 64}) {
         for (RodShape& rod : shape.rods)
             split_elements(rod, std::max(1, parts / rod.elements()));
-        const DescentReport fine = descend(geometry, scene, shape, solution.descent_iterations);
-        left_saddle = left_saddle || fine.left_saddle;
+        DescentReport fine = descend(geometry, scene, shape, solution.descent_iterations);
+        if (fine.saddle && !saddle) saddle = std::move(fine.saddle);
         Shape warm = shape;
         set_geodesic_wrenches(scene, warm);
         Attempt attempt = refine(geometry, scene, options, equilibrium, warm, solution.iterations);
@@ -161,7 +215,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
             const bool same = distance(geometry, attempt.shape, shape) < 3.0 / parts;
             if (same && good_enough(attempt)) {
                 std::string message = "converged";
-                if (left_saddle || unstable)
+                if (unstable || (saddle && attempt.stable() && is_unstable_posture(*saddle)))
                     message += "; an unstable posture was met first and left along its mode";
                 if (!attempt.stable() && solution.conservative)
                     message += " to an unstable posture (" +
@@ -171,6 +225,20 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
             if (!unstable || attempt.stable()) unstable = attempt;
         }
         last = std::move(attempt);
+        if (parts != 4 || solution.conservative) continue;
+        // No potential to descend and no luck near where the work led: the loads themselves are the way.
+        SolveOptions bare_options = options;
+        bare_options.tolerance = std::max(options.tolerance, 1e-6);
+        const Scene bare = unloaded(scene);
+        const Solution rest = solve(geometry, bare, bare_options, nullptr);
+        solution.iterations += rest.iterations;
+        if (rest.status != SolveStatus::converged) continue;
+        const std::optional<Shape> grown = grow_loads(geometry, scene, options, rest.shape, solution.iterations);
+        if (!grown) continue;
+        Attempt full = refine(geometry, scene, options, equilibrium, *grown, solution.iterations);
+        if (!full.converged()) continue;
+        solution.plan.push_back("the descent did not lead there: loads grown step by step");
+        return accept(full, "converged along the growing loads");
     }
     if (unstable) {
         // Re-linearise at that posture, so that compliance and reactions belong to it.

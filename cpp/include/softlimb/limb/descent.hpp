@@ -2,6 +2,8 @@
 // From a far start to the neighbourhood of a stable equilibrium: a trust-region descent of the potential energy of the
 // limb discretised by geodesic elements, with the exact Hessian. Where no potential exists (dead moments, following
 // wrenches) the work of the loads along each step takes its place. Source: cpp/MECHANICS.md, "Descent".
+#include <optional>
+
 #include "softlimb/limb/balance.hpp"
 #include "softlimb/limb/scene.hpp"
 #include "softlimb/solve/status.hpp"
@@ -19,7 +21,7 @@ struct DescentSettings {
 struct DescentReport {
     solve::SolveStatus status = solve::SolveStatus::max_iterations;
     bool needs_refinement = false;  // stopped because an element bent too far
-    bool left_saddle = false;       // stood on an unstable equilibrium and left it downhill
+    std::optional<Shape> saddle;    // the unstable equilibrium of the mesh that was left downhill, if one was
     int iterations = 0, factorisations = 0;
     double energy = 0.0;
 };
