@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['DruckerCheck', 'Fibres', 'Gent', 'Geometry', 'Layer', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'law_class_names', 'thread_geometry']
+__all__: list[str] = ['DruckerCheck', 'Fibres', 'Gent', 'Geometry', 'Layer', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'integrator_orders', 'law_class_names', 'rod_end', 'thread_geometry']
 class Section:
     """
     Stiffness of a rod's cross-section, per rest length, SI.
@@ -2278,9 +2278,34 @@ def axial_strain(section: Section, force: typing.SupportsFloat | typing.Supports
     """
     Strain v3 - 1 and its derivative to the force [1/N] of a section's axial law at a force [N], without end moment.
     """
+def integrator_orders() -> list[int]:
+    """
+    Orders of the integrators in the list.
+    """
 def law_class_names() -> list[str]:
     """
     Class names of the material laws, in the order of the list in laws.hpp.
+    """
+def rod_end(section: Section, *, length: typing.SupportsFloat | typing.SupportsIndex, wrench: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"], line_force: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], order: typing.SupportsInt | typing.SupportsIndex, steps: typing.SupportsInt | typing.SupportsIndex) -> tuple[typing.Annotated[list[float], "FixedSize(3)"], typing.Annotated[list[typing.Annotated[list[float], "FixedSize(3)"]], "FixedSize(3)"], typing.Annotated[list[float], "FixedSize(6)"]]:
+    """
+    Shoot a rod from the origin with a base wrench: end position, rotation and internal wrench.
+    
+    Parameters
+    ----------
+    section : Section
+    length : float
+        Rest length [m].
+    wrench : sequence of 6 floats
+        Internal force and moment at the base [N, N m].
+    line_force : sequence of 3 floats
+        Dead load per rest length [N/m].
+    order, steps : int
+        Which integrator of the list, and how many equal steps it takes.
+    
+    Raises
+    ------
+    ValueError
+        The length is not positive, there is no step, or no integrator has that order.
     """
 def thread_geometry(*, inner: typing.SupportsFloat | typing.SupportsIndex, outer: typing.SupportsFloat | typing.SupportsIndex, thread_diameter: typing.SupportsFloat | typing.SupportsIndex, pitch: typing.SupportsFloat | typing.SupportsIndex, angle: typing.SupportsFloat | typing.SupportsIndex | None = None) -> ThreadGeometry:
     """

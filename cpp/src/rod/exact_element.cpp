@@ -1,5 +1,7 @@
 #include "softlimb/rod/element.hpp"
 
+#include "softlimb/arguments.hpp"
+
 namespace softlimb::rod {
 namespace {
 
@@ -27,7 +29,7 @@ void with_method(int order, Run&& run) {
             found = true;
         }
     });
-    if (!found) throw std::logic_error("no integrator of this order");
+    if (!found) reject("order", order, "that of an integrator in the list");
 }
 
 }  // namespace
