@@ -41,7 +41,8 @@ def test_one_step_of_order_eight_errs_as_the_mesh_rule_assumes():
     constants = []
     for _ in range(400):
         force, moment = generator.normal(size=(2, 3))
-        wrench = np.concatenate([force * 10 ** generator.uniform(-2, 1.5), moment * 10 ** generator.uniform(-2.3, -0.3)])
+        scales = 10 ** generator.uniform([-2.0, -2.3], [1.5, -0.3])
+        wrench = np.concatenate([scales[0] * force, scales[1] * moment])
         activity = np.linalg.norm(wrench[3:]) / 0.07 + np.sqrt(np.linalg.norm(wrench[:3]) / 0.08)
         length = generator.uniform(0.5, 1.5) / activity
         options = {"section": section, "length": length, "wrench": wrench.tolist(), "line_force": [0.0, 0.0, 0.0]}

@@ -50,8 +50,7 @@ Array poses_array(const std::vector<Pose>& poses) {
 
 Array vectors_array(const std::vector<Vector6>& vectors) {
     Array out({static_cast<py::ssize_t>(vectors.size()), py::ssize_t{6}});
-    for (std::size_t i = 0; i < vectors.size(); ++i)
-        std::copy_n(vectors[i].data(), 6, out.mutable_data() + 6 * i);
+    for (std::size_t i = 0; i < vectors.size(); ++i) std::copy_n(vectors[i].data(), 6, out.mutable_data() + 6 * i);
     return out;
 }
 
@@ -122,7 +121,8 @@ limb::Scene make_scene(const Geometry& geometry, const std::vector<Section>& sec
     require_shape(hold_poses, {plates, 4, 4}, "hold_poses");
     limb::Scene scene;
     for (py::ssize_t i = 0; i < rods; ++i)
-        scene.rods.push_back({sections[i], rest_lengths.data()[i],
+        scene.rods.push_back({sections[i],
+                              rest_lengths.data()[i],
                               {vec3(vector3_at(line_forces, i)), vec3(vector3_at(line_moments, i))}});
     scene.gravity = vector3_at(gravity, 0);
     scene.following = following;
@@ -157,14 +157,14 @@ std::shared_ptr<Posture> solve(const std::shared_ptr<Geometry>& geometry, limb::
 }
 
 /// A posture that could not even be asked for (a pressure without a section): the start, with the reason.
-std::shared_ptr<Posture> refused(const std::shared_ptr<Geometry>& geometry, limb::Scene scene, const std::string& status,
-                                 const std::string& message) {
+std::shared_ptr<Posture> refused(const std::shared_ptr<Geometry>& geometry, limb::Scene scene,
+                                 const std::string& status, const std::string& message) {
     auto posture = std::make_shared<Posture>();
     posture->geometry = geometry;
     posture->scene = std::move(scene);
     limb::Solution& solution = posture->solution;
-    solution.shape = limb::start_from_plates(*geometry, posture->scene,
-                                             limb::constant_curvature_plates(*geometry, posture->scene));
+    solution.shape =
+        limb::start_from_plates(*geometry, posture->scene, limb::constant_curvature_plates(*geometry, posture->scene));
     solution.status = solve::status_named(status);
     solution.message = message;
     solution.conservative = posture->scene.conservative();
@@ -284,12 +284,11 @@ void bind_limb(py::module_& m) {
                                    for (const auto& rod : s.rods) sections.push_back(rod.section);
                                    return sections;
                                })
-        .def_property_readonly("rest_lengths",
-                               [](const limb::Scene& s) {
-                                   std::vector<double> lengths;
-                                   for (const auto& rod : s.rods) lengths.push_back(rod.rest_length);
-                                   return lengths;
-                               });
+        .def_property_readonly("rest_lengths", [](const limb::Scene& s) {
+            std::vector<double> lengths;
+            for (const auto& rod : s.rods) lengths.push_back(rod.rest_length);
+            return lengths;
+        });
 
     py::class_<Geometry, std::shared_ptr<Geometry>>(m, "Geometry",
                                                     "Placement of rods and plates of a limb; constant and shared.")
@@ -302,16 +301,15 @@ void bind_limb(py::module_& m) {
              py::arg("start"), py::arg("start_plates"), "Equilibrium of the scene.")
         .def("refused", &refused, py::arg("scene"), py::kw_only(), py::arg("status"), py::arg("message"),
              "Posture of a scene that cannot be solved, with the reason.")
-        .def("start_plates",
-             [](const Geometry& g, const limb::Scene& scene) {
-                 return poses_array(limb::constant_curvature_plates(g, scene));
-             },
-             py::arg("scene"), "Plates under constant curvature, unloaded: where a solve without a start begins.")
-        .def(py::pickle([](const Geometry& g) { return geometry_state(g); },
-                        &geometry_of));
+        .def(
+            "start_plates",
+            [](const Geometry& g, const limb::Scene& scene) {
+                return poses_array(limb::constant_curvature_plates(g, scene));
+            },
+            py::arg("scene"), "Plates under constant curvature, unloaded: where a solve without a start begins.")
+        .def(py::pickle([](const Geometry& g) { return geometry_state(g); }, &geometry_of));
 
-    posture
-        .def_property_readonly("status", [](const Posture& p) { return std::string(name_of(p.solution.status)); })
+    posture.def_property_readonly("status", [](const Posture& p) { return std::string(name_of(p.solution.status)); })
         .def_property_readonly("message", [](const Posture& p) { return p.solution.message; })
         .def_property_readonly("plan", [](const Posture& p) { return p.solution.plan; })
         .def_property_readonly("iterations", [](const Posture& p) { return p.solution.iterations; })
@@ -331,8 +329,9 @@ void bind_limb(py::module_& m) {
                                    for (const auto& rod : p.solution.shape.rods) counts.push_back(rod.elements());
                                    return counts;
                                })
-        .def("rod", &rod_arrays, py::arg("rod"), py::arg("fractions"),
-             "Poses (n,4,4), forces, moments, strains, curvatures (n,3) of rod number `rod` at fractions of its length.")
+        .def(
+            "rod", &rod_arrays, py::arg("rod"), py::arg("fractions"),
+            "Poses (n,4,4), forces, moments, strains, curvatures (n,3) of rod number `rod` at fractions of its length.")
         .def("rod_base_wrench",
              [](const Posture& p, int rod) { return vector_array(p.solution.shape.rods.at(rod).wrenches.front()); })
         .def("clearance",
@@ -341,44 +340,46 @@ void bind_limb(py::module_& m) {
                  const limb::Clearance c = limb::clearance(p, radii, points);
                  return py::make_tuple(c.gap, c.first, c.second, c.first_fraction, c.second_fraction);
              })
-        .def("largest_stretch",
-             [](const Posture& p) {
-                 std::vector<double> stretches;
-                 for (std::size_t i = 0; i < p.scene.rods.size(); ++i)
-                     stretches.push_back(limb::largest_stretch(p, static_cast<int>(i)));
-                 return stretches;
-             },
-             "Largest total stretch lz v3 of each rod.")
-        .def("outside_axial_law",
-             [](const Posture& p) {
-                 std::vector<int> rods;
-                 for (std::size_t i = 0; i < p.scene.rods.size(); ++i)
-                     if (limb::leaves_axial_law(p, static_cast<int>(i))) rods.push_back(static_cast<int>(i));
-                 return rods;
-             },
-             "Numbers of the rods whose axial force leaves the range of their nonlinear axial law.")
-        .def("plate_stiffness",
-             [](const Posture& p) {
-                 return matrix_array(limb::plate_stiffness(*p.geometry, p.scene, p.solution.shape));
-             },
-             "Condensed stiffness of the plates' free freedoms, (6 J, 6 J).")
+        .def(
+            "largest_stretch",
+            [](const Posture& p) {
+                std::vector<double> stretches;
+                for (std::size_t i = 0; i < p.scene.rods.size(); ++i)
+                    stretches.push_back(limb::largest_stretch(p, static_cast<int>(i)));
+                return stretches;
+            },
+            "Largest total stretch lz v3 of each rod.")
+        .def(
+            "outside_axial_law",
+            [](const Posture& p) {
+                std::vector<int> rods;
+                for (std::size_t i = 0; i < p.scene.rods.size(); ++i)
+                    if (limb::leaves_axial_law(p, static_cast<int>(i))) rods.push_back(static_cast<int>(i));
+                return rods;
+            },
+            "Numbers of the rods whose axial force leaves the range of their nonlinear axial law.")
+        .def(
+            "plate_stiffness",
+            [](const Posture& p) {
+                return matrix_array(limb::plate_stiffness(*p.geometry, p.scene, p.solution.shape));
+            },
+            "Condensed stiffness of the plates' free freedoms, (6 J, 6 J).")
         .def("verify",
              [](const Posture& p) -> py::typing::Tuple<double, double, double, double, double> {
                  const limb::Verification v = limb::verify(p);
                  return py::make_tuple(v.position_error, v.rotation_error, v.force_error, v.moment_error, v.hold_error);
              })
-        .def("tip_response",
-             [](const Posture& p, const std::vector<Section>& section_slopes,
-                const std::vector<double>& length_slopes) {
-                 std::vector<limb::RodSlope> slopes;
-                 for (std::size_t i = 0; i < section_slopes.size(); ++i)
-                     slopes.push_back({section_slopes[i], length_slopes.at(i)});
-                 return vectors_array(limb::tip_response(*p.geometry, p.scene, p.solution.shape, slopes));
-             })
-        .def("compliance",
-             [](const Posture& p) {
-                 return matrix_array(limb::tip_compliance(*p.geometry, p.scene, p.solution.shape));
-             })
+        .def(
+            "tip_response",
+            [](const Posture& p, const std::vector<Section>& section_slopes, const std::vector<double>& length_slopes) {
+                std::vector<limb::RodSlope> slopes;
+                for (std::size_t i = 0; i < section_slopes.size(); ++i)
+                    slopes.push_back({section_slopes[i], length_slopes.at(i)});
+                return vectors_array(limb::tip_response(*p.geometry, p.scene, p.solution.shape, slopes));
+            })
+        .def(
+            "compliance",
+            [](const Posture& p) { return matrix_array(limb::tip_compliance(*p.geometry, p.scene, p.solution.shape)); })
         .def(py::pickle([](const Posture& p) { return posture_state(p); }, &posture_of));
 }
 

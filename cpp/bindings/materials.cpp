@@ -233,14 +233,15 @@ void bind_law(py::module_& m) {
         type.def_property_readonly(
             p.name.data(), [member](const L& law) { return outgoing(law.*member); }, std::string(p.meaning).c_str());
     });
-    type.def_property_readonly_static("name", [](const py::object&) { return std::string(L::name); },
-                                      "Name of the law as `fit_uniaxial` and files spell it.")
+    type.def_property_readonly_static(
+            "name", [](const py::object&) { return std::string(L::name); },
+            "Name of the law as `fit_uniaxial` and files spell it.")
         .def_readonly("density", &L::density, "Density [kg/m^3].")
         .def_readonly("max_strain", &L::max_strain, "Largest nominal strain of the fit range; 0 when not known.")
         .def_property_readonly("shear_modulus", &L::shear_modulus, "Initial shear modulus [Pa].")
-        .def_property_readonly("parameters", [](const L& law) -> py::typing::Dict<py::str, py::object> {
-            return parameters_of(law);
-        }, "Coefficients by name (a new dict); lists of coefficients are tuples.");
+        .def_property_readonly(
+            "parameters", [](const L& law) -> py::typing::Dict<py::str, py::object> { return parameters_of(law); },
+            "Coefficients by name (a new dict); lists of coefficients are tuples.");
     define_test<L, Test::uniaxial>(type, "uniaxial", "uniaxial tension or compression");
     define_test<L, Test::planar>(type, "planar", "planar tension (pure shear: one lateral direction held)");
     define_test<L, Test::equibiaxial>(type, "equibiaxial", "equibiaxial tension, in each of the two directions");
@@ -279,9 +280,10 @@ Raises
 ------
 ValueError
     `max_strain` is not positive, or not given and not known to the law.)")
-        .def("__eq__", [](const L& law, const py::object& other) {
-            return py::isinstance<L>(other) && law == other.cast<const L&>();
-        })
+        .def("__eq__",
+             [](const L& law, const py::object& other) {
+                 return py::isinstance<L>(other) && law == other.cast<const L&>();
+             })
         .def("__hash__", [](const L& law) { return py::hash(py::make_tuple(L::name, state_of(law))); })
         .def("__repr__", &text_of<L>)
         .def(py::pickle(&state_of<L>, &law_of<L>));

@@ -20,9 +20,12 @@ State state_of(const Section& s) {
 
 Section section_of(const State& t) {
     Section s;
-    s.axial = py::object(t[0]).cast<double>(), s.shear = py::object(t[1]).cast<double>(), s.bending = py::object(t[2]).cast<double>();
-    s.torsion = py::object(t[3]).cast<double>(), s.mass_per_length = py::object(t[4]).cast<double>(), s.rest_twist = py::object(t[5]).cast<double>();
-    s.extension_twist = py::object(t[6]).cast<double>(), s.stretch = py::object(t[7]).cast<double>(), s.largest_stretch = py::object(t[8]).cast<double>();
+    s.axial = py::object(t[0]).cast<double>(), s.shear = py::object(t[1]).cast<double>(),
+    s.bending = py::object(t[2]).cast<double>();
+    s.torsion = py::object(t[3]).cast<double>(), s.mass_per_length = py::object(t[4]).cast<double>(),
+    s.rest_twist = py::object(t[5]).cast<double>();
+    s.extension_twist = py::object(t[6]).cast<double>(), s.stretch = py::object(t[7]).cast<double>(),
+    s.largest_stretch = py::object(t[8]).cast<double>();
     s.axial_law.degree = py::object(t[9]).cast<int>(), s.axial_law.centre = py::object(t[10]).cast<double>();
     s.axial_law.half_range = py::object(t[11]).cast<double>();
     s.axial_law.coefficient = py::object(t[12]).cast<std::array<double, AxialLaw::max_degree + 1>>();
@@ -79,8 +82,9 @@ ValueError
         .def_readonly("stretch", &Section::stretch, "Rest length over the length at zero pressure")
         .def_readonly("largest_stretch", &Section::largest_stretch,
                       "Total stretch up to which the material laws were fitted; 0 when not known")
-        .def_property_readonly("nonlinear", [](const Section& s) { return !s.axial_law.linear(); },
-                               "True when the axial law is a curve and not the constant EA")
+        .def_property_readonly(
+            "nonlinear", [](const Section& s) { return !s.axial_law.linear(); },
+            "True when the axial law is a curve and not the constant EA")
         .def("__eq__", &equals<Section>, py::arg("other"))
         .def("__hash__", [](const Section& s) { return py::hash(state_of(s)); })
         .def("__repr__", &text_of)

@@ -1,3 +1,5 @@
+#include "softlimb/actuator/tube.hpp"
+
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 #include <pybind11/typing.h>
@@ -11,7 +13,6 @@
 
 #include "bindings.hpp"
 #include "softlimb/actuator/thread.hpp"
-#include "softlimb/actuator/tube.hpp"
 #include "softlimb/arguments.hpp"
 
 namespace py = pybind11;
@@ -51,10 +52,9 @@ Enum named(std::string_view argument, const std::string& value,
 }
 
 SectionModel section_model(const std::string& name) {
-    return named<SectionModel>("section model", name,
-                               {{"tangent", SectionModel::tangent},
-                                {"nonlinear", SectionModel::nonlinear},
-                                {"paper", SectionModel::paper}});
+    return named<SectionModel>(
+        "section model", name,
+        {{"tangent", SectionModel::tangent}, {"nonlinear", SectionModel::nonlinear}, {"paper", SectionModel::paper}});
 }
 
 Valve valve_of(const std::string& name) {
@@ -91,7 +91,7 @@ TubeStates solve_all(py::ssize_t count, Solve&& solve) {
 }
 
 template <class Field>
-void define_field(py::class_<TubeStates>& type, const char* name, Field TubeState::*field) {
+void define_field(py::class_<TubeStates>& type, const char* name, Field TubeState::* field) {
     type.def_property_readonly(name, [field](const TubeStates& all) {
         py::array_t<Field> values(static_cast<py::ssize_t>(all.states.size()));
         Field* to = values.mutable_data();
@@ -114,8 +114,7 @@ std::string text_of(const Fibres& f) {
 std::string text_of(const Layer& layer) {
     std::ostringstream text;
     text.precision(12);
-    text << "Layer(" << layer.inner << ", " << layer.outer << ", "
-         << py::repr(py::cast(layer.law)).cast<std::string>();
+    text << "Layer(" << layer.inner << ", " << layer.outer << ", " << py::repr(py::cast(layer.law)).cast<std::string>();
     if (!layer.fibres.empty()) {
         text << ", fibres=[";
         for (std::size_t i = 0; i < layer.fibres.size(); ++i) text << (i ? ", " : "") << text_of(layer.fibres[i]);
@@ -237,16 +236,19 @@ void bind_states(py::module_& m) {
     define_field(type, "iterations", &TubeState::iterations);
     define_field(type, "flags", &TubeState::flags);
     type.def("__len__", [](const TubeStates& all) { return all.states.size(); })
-        .def("status",
-             [](const TubeStates& all, std::size_t i) {
-                 return std::string(solve::name_of(all.states.at(i).status));
-             }, py::arg("index"))
-        .def("model",
-             [](const TubeStates& all, std::size_t i) {
-                 return all.states.at(i).model == TubeModel::thick ? "thick" : "paper_reduced";
-             }, py::arg("index"))
-        .def("one", [](const TubeStates& all, std::size_t i) { return TubeStates{{all.states.at(i)}}; },
-             py::arg("index"))
+        .def(
+            "status",
+            [](const TubeStates& all, std::size_t i) { return std::string(solve::name_of(all.states.at(i).status)); },
+            py::arg("index"))
+        .def(
+            "model",
+            [](const TubeStates& all, std::size_t i) {
+                return all.states.at(i).model == TubeModel::thick ? "thick" : "paper_reduced";
+            },
+            py::arg("index"))
+        .def(
+            "one", [](const TubeStates& all, std::size_t i) { return TubeStates{{all.states.at(i)}}; },
+            py::arg("index"))
         .def("__eq__", &equals<TubeStates>, py::arg("other"))
         .def("__hash__",
              [](const TubeStates& all) {
@@ -319,18 +321,20 @@ ValueError
              py::arg("ends") = "free", py::arg("mass") = py::none(), py::arg("cap_length") = 0.0)
         .def_property_readonly("length", &Tube::length, "Length at zero pressure [m].")
         .def_property_readonly("layers", &Tube::layers, "Layers from inside out (a new list).")
-        .def_property_readonly("tension_only", [](const Tube& t) { return t.options().tension_only; },
-                               "True when fibres carry no compression.")
+        .def_property_readonly(
+            "tension_only", [](const Tube& t) { return t.options().tension_only; },
+            "True when fibres carry no compression.")
         .def_property_readonly(
             "ends", [](const Tube& t) { return t.options().ends == Ends::free ? "free" : "bonded"; },
             "``free``, or ``bonded``: twist blocked.")
-        .def_property_readonly("cap_length", [](const Tube& t) { return t.options().cap_length; },
-                               "Length at each end that a rigid cap keeps at rest [m].")
+        .def_property_readonly(
+            "cap_length", [](const Tube& t) { return t.options().cap_length; },
+            "Length at each end that a rigid cap keeps at rest [m].")
         .def_property_readonly("mass", &Tube::mass, "[kg]")
-        .def_property_readonly("inner_radius", [](const Tube& t) { return t.inner_radius(); },
-                               "Undeformed inner radius [m].")
-        .def_property_readonly("outer_radius", [](const Tube& t) { return t.outer_radius(); },
-                               "Undeformed outer radius [m].")
+        .def_property_readonly(
+            "inner_radius", [](const Tube& t) { return t.inner_radius(); }, "Undeformed inner radius [m].")
+        .def_property_readonly(
+            "outer_radius", [](const Tube& t) { return t.outer_radius(); }, "Undeformed outer radius [m].")
         .def_property_readonly(
             "limit_pressure",
             [](const Tube& t) { return t.has_limit() ? std::optional(t.limit_pressure()) : std::nullopt; },
@@ -339,90 +343,105 @@ ValueError
         .def_property_readonly("locking_share", &Tube::locking_share,
                                "Share of the work of a first small pressure that two-way fibres smeared over a layer "
                                "spend against each other. Above 0.1 a state says that they lock.")
-        .def("_inflate",
-             [](const Tube& tube, const Numbers& pressure, const Numbers& force, const Numbers& torque, bool reduced) {
-                 require_size("axial_force", force.size(), pressure.size());
-                 require_size("torque", torque.size(), pressure.size());
-                 const double *p = pressure.data(), *f = force.data(), *t = torque.data();
-                 return solve_all(pressure.size(), [&](py::ssize_t i) {
-                     return reduced ? tube.paper_reduced(p[i]) : tube.inflate(p[i], f[i], t[i]);
-                 });
-             },
-             py::arg("pressure"), py::arg("axial_force"), py::arg("torque"), py::arg("reduced"))
-        .def("_at_volume",
-             [](const Tube& tube, const Numbers& volume, bool radius, double force, double torque) {
-                 const double* v = volume.data();
-                 return solve_all(volume.size(), [&](py::ssize_t i) {
-                     return radius ? tube.at_inner_radius(v[i], force, torque) : tube.at_volume(v[i], force, torque);
-                 });
-             },
-             py::arg("value"), py::arg("is_radius"), py::arg("axial_force"), py::arg("torque"))
-        .def("_at_stretch",
-             [](const Tube& tube, const Numbers& stretch) {
-                 const double* l = stretch.data();
-                 return solve_all(stretch.size(), [&](py::ssize_t i) { return tube.at_stretch(l[i]); });
-             },
-             py::arg("stretch"))
+        .def(
+            "_inflate",
+            [](const Tube& tube, const Numbers& pressure, const Numbers& force, const Numbers& torque, bool reduced) {
+                require_size("axial_force", force.size(), pressure.size());
+                require_size("torque", torque.size(), pressure.size());
+                const double *p = pressure.data(), *f = force.data(), *t = torque.data();
+                return solve_all(pressure.size(), [&](py::ssize_t i) {
+                    return reduced ? tube.paper_reduced(p[i]) : tube.inflate(p[i], f[i], t[i]);
+                });
+            },
+            py::arg("pressure"), py::arg("axial_force"), py::arg("torque"), py::arg("reduced"))
+        .def(
+            "_at_volume",
+            [](const Tube& tube, const Numbers& volume, bool radius, double force, double torque) {
+                const double* v = volume.data();
+                return solve_all(volume.size(), [&](py::ssize_t i) {
+                    return radius ? tube.at_inner_radius(v[i], force, torque) : tube.at_volume(v[i], force, torque);
+                });
+            },
+            py::arg("value"), py::arg("is_radius"), py::arg("axial_force"), py::arg("torque"))
+        .def(
+            "_at_stretch",
+            [](const Tube& tube, const Numbers& stretch) {
+                const double* l = stretch.data();
+                return solve_all(stretch.size(), [&](py::ssize_t i) { return tube.at_stretch(l[i]); });
+            },
+            py::arg("stretch"))
         .def("_other_pressures", &Tube::pressures_at_stretch, py::arg("stretch"))
-        .def("_message", [](const Tube& tube, const TubeStates& s, std::size_t i) { return tube.message(s.states.at(i)); },
-             py::arg("states"), py::arg("index"))
-        .def("_remarks", [](const Tube& tube, const TubeStates& s, std::size_t i) { return tube.remarks(s.states.at(i)); },
-             py::arg("states"), py::arg("index"))
-        .def("_outer_radius",
-             [](const Tube& tube, const TubeStates& s) {
-                 py::array_t<double> values(static_cast<py::ssize_t>(s.states.size()));
-                 double* to = values.mutable_data();
-                 for (std::size_t i = 0; i < s.states.size(); ++i) to[i] = tube.outer_radius(s.states[i]);
-                 return values;
-             },
-             py::arg("states"))
-        .def("_stress",
-             [](const Tube& tube, const TubeStates& s, const Numbers& radius, bool reference) {
-                 const TubeState& state = s.states.at(0);
-                 py::array_t<double> values({py::ssize_t(6), radius.size()});
-                 auto to = values.mutable_unchecked<2>();
-                 for (py::ssize_t i = 0; i < radius.size(); ++i) {
-                     const double r = radius.data()[i];
-                     const WallStress at = reference ? tube.stress_at_reference(state, r) : tube.stress(state, r);
-                     to(0, i) = at.radius, to(1, i) = at.reference_radius, to(2, i) = at.radial;
-                     to(3, i) = at.hoop, to(4, i) = at.axial, to(5, i) = at.shear;
-                 }
-                 return values;
-             },
-             py::arg("states"), py::arg("radius"), py::arg("is_reference"))
-        .def("_fibres",
-             [](const Tube& tube, const TubeStates& s) {
-                 std::vector<std::tuple<int, double, double, double, double, double>> all;
-                 for (const FibreState& f : tube.fibres(s.states.at(0)))
-                     all.emplace_back(f.layer, f.angle, f.stretch_inside, f.stretch_outside, f.tension, f.taut_fraction);
-                 return all;
-             },
-             py::arg("states"))
-        .def("_section",
-             [](const Tube& tube, double pressure, const std::string& model, const std::string& valve,
-                bool derivative) -> py::typing::Dict<py::str, py::object> {
-                 return section_fields(tube.section(pressure, section_model(model), valve_of(valve), derivative));
-             },
-             py::arg("pressure"), py::arg("model"), py::arg("valve"), py::arg("derivative"))
-        .def("_energy",
-             [](const Tube& tube, double stretch, double volume, double twist) {
-                 const auto e = tube.wall().energy(Shape<double>{stretch, volume, twist});
-                 return std::vector<double>{e.value, e.g_l,  e.g_w,  e.g_t,  e.h_ll,
-                                            e.h_lw,  e.h_lt, e.h_ww, e.h_wt, e.h_tt};
-             },
-             py::arg("stretch"), py::arg("volume"), py::arg("twist"),
-             "Scaled wall energy with gradient (l, w, t) and Hessian (ll, lw, lt, ww, wt, tt) [Pa], for tests.")
+        .def(
+            "_message",
+            [](const Tube& tube, const TubeStates& s, std::size_t i) { return tube.message(s.states.at(i)); },
+            py::arg("states"), py::arg("index"))
+        .def(
+            "_remarks",
+            [](const Tube& tube, const TubeStates& s, std::size_t i) { return tube.remarks(s.states.at(i)); },
+            py::arg("states"), py::arg("index"))
+        .def(
+            "_outer_radius",
+            [](const Tube& tube, const TubeStates& s) {
+                py::array_t<double> values(static_cast<py::ssize_t>(s.states.size()));
+                double* to = values.mutable_data();
+                for (std::size_t i = 0; i < s.states.size(); ++i) to[i] = tube.outer_radius(s.states[i]);
+                return values;
+            },
+            py::arg("states"))
+        .def(
+            "_stress",
+            [](const Tube& tube, const TubeStates& s, const Numbers& radius, bool reference) {
+                const TubeState& state = s.states.at(0);
+                py::array_t<double> values({py::ssize_t(6), radius.size()});
+                auto to = values.mutable_unchecked<2>();
+                for (py::ssize_t i = 0; i < radius.size(); ++i) {
+                    const double r = radius.data()[i];
+                    const WallStress at = reference ? tube.stress_at_reference(state, r) : tube.stress(state, r);
+                    to(0, i) = at.radius, to(1, i) = at.reference_radius, to(2, i) = at.radial;
+                    to(3, i) = at.hoop, to(4, i) = at.axial, to(5, i) = at.shear;
+                }
+                return values;
+            },
+            py::arg("states"), py::arg("radius"), py::arg("is_reference"))
+        .def(
+            "_fibres",
+            [](const Tube& tube, const TubeStates& s) {
+                std::vector<std::tuple<int, double, double, double, double, double>> all;
+                for (const FibreState& f : tube.fibres(s.states.at(0)))
+                    all.emplace_back(f.layer, f.angle, f.stretch_inside, f.stretch_outside, f.tension, f.taut_fraction);
+                return all;
+            },
+            py::arg("states"))
+        .def(
+            "_section",
+            [](const Tube& tube, double pressure, const std::string& model, const std::string& valve,
+               bool derivative) -> py::typing::Dict<py::str, py::object> {
+                return section_fields(tube.section(pressure, section_model(model), valve_of(valve), derivative));
+            },
+            py::arg("pressure"), py::arg("model"), py::arg("valve"), py::arg("derivative"))
+        .def(
+            "_energy",
+            [](const Tube& tube, double stretch, double volume, double twist) {
+                const auto e = tube.wall().energy(Shape<double>{stretch, volume, twist});
+                return std::vector<double>{e.value, e.g_l,  e.g_w,  e.g_t,  e.h_ll,
+                                           e.h_lw,  e.h_lt, e.h_ww, e.h_wt, e.h_tt};
+            },
+            py::arg("stretch"), py::arg("volume"), py::arg("twist"),
+            "Scaled wall energy with gradient (l, w, t) and Hessian (ll, lw, lt, ww, wt, tt) [Pa], for tests.")
         .def("__eq__", &equals<Tube>, py::arg("other"))
-        .def("__hash__", [](const Tube& a) { return py::hash(py::make_tuple(a.length(), a.mass(), py::tuple(py::cast(a.layers())))); });
-    m.def("axial_strain",
-          [](const Section& section, double force) {
-              double strain, compliance;
-              axial_strain(section.axial_law, force, strain, compliance);
-              return std::pair{strain, compliance};
-          },
-          py::arg("section"), py::arg("force"),
-          "Strain v3 - 1 and its derivative to the force [1/N] of a section's axial law at a force [N], without end "
-          "moment.");
+        .def("__hash__", [](const Tube& a) {
+            return py::hash(py::make_tuple(a.length(), a.mass(), py::tuple(py::cast(a.layers()))));
+        });
+    m.def(
+        "axial_strain",
+        [](const Section& section, double force) {
+            double strain, compliance;
+            axial_strain(section.axial_law, force, strain, compliance);
+            return std::pair{strain, compliance};
+        },
+        py::arg("section"), py::arg("force"),
+        "Strain v3 - 1 and its derivative to the force [1/N] of a section's axial law at a force [N], without end "
+        "moment.");
 }
 
 }  // namespace softlimb::bindings

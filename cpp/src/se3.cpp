@@ -27,11 +27,19 @@ struct RotationSeries {
 void half_cotangent(double z, double& q, double& dq, double& ddq) {
     if (z < 1.0) {
         // q = sum_k (-1)^k B_2k z^k / (2k)!: ratio of terms tends to 1/(4 pi^2); 12 terms reach 1e-19 at z = 1.
-        static constexpr std::array<double, 13> c = {
-            1.0, -1.0 / 12.0, -1.0 / 720.0, -1.0 / 30240.0, -1.0 / 1209600.0, -1.0 / 47900160.0,
-            -691.0 / 1307674368000.0, -1.0 / 74724249600.0, -3617.0 / 10670622842880000.0,
-            -43867.0 / 5109094217170944000.0, -174611.0 / 802857662698291200000.0,
-            -77683.0 / 14101100039391805440000.0, -236364091.0 / 1693824136731743669452800000.0};
+        static constexpr std::array<double, 13> c = {1.0,
+                                                     -1.0 / 12.0,
+                                                     -1.0 / 720.0,
+                                                     -1.0 / 30240.0,
+                                                     -1.0 / 1209600.0,
+                                                     -1.0 / 47900160.0,
+                                                     -691.0 / 1307674368000.0,
+                                                     -1.0 / 74724249600.0,
+                                                     -3617.0 / 10670622842880000.0,
+                                                     -43867.0 / 5109094217170944000.0,
+                                                     -174611.0 / 802857662698291200000.0,
+                                                     -77683.0 / 14101100039391805440000.0,
+                                                     -236364091.0 / 1693824136731743669452800000.0};
         q = dq = ddq = 0.0;
         for (int k = 12; k >= 0; --k) {
             ddq = ddq * z + 2.0 * dq;
@@ -43,8 +51,8 @@ void half_cotangent(double z, double& q, double& dq, double& ddq) {
     const double x = std::sqrt(z), half = 0.5 * x;
     const double cot = std::cos(half) / std::sin(half), csc2 = 1.0 + cot * cot;
     q = half * cot;
-    const double q_x = 0.5 * (cot - half * csc2);                // dq/dx
-    const double q_xx = -0.5 * csc2 + 0.5 * half * csc2 * cot;   // d2q/dx2
+    const double q_x = 0.5 * (cot - half * csc2);               // dq/dx
+    const double q_xx = -0.5 * csc2 + 0.5 * half * csc2 * cot;  // d2q/dx2
     dq = q_x / (2.0 * x);
     ddq = (q_xx - q_x / x) / (4.0 * z);
 }
@@ -112,9 +120,15 @@ RightJacobianInverse::RightJacobianInverse(const Vector6& xi) : ad_(ad(xi)), xi_
     half_cotangent(z, q, dq, ddq);
     if (z < 0.04) {
         // The same from the series of q: c4 = sum_{k>=2} (k-1) q_k z^(k-2), c2 = sum_{k>=1} (k-2) q_k z^(k-1).
-        static constexpr std::array<double, 9> s = {1.0, -1.0 / 12.0, -1.0 / 720.0, -1.0 / 30240.0, -1.0 / 1209600.0,
-                                                    -1.0 / 47900160.0, -691.0 / 1307674368000.0,
-                                                    -1.0 / 74724249600.0, -3617.0 / 10670622842880000.0};
+        static constexpr std::array<double, 9> s = {1.0,
+                                                    -1.0 / 12.0,
+                                                    -1.0 / 720.0,
+                                                    -1.0 / 30240.0,
+                                                    -1.0 / 1209600.0,
+                                                    -1.0 / 47900160.0,
+                                                    -691.0 / 1307674368000.0,
+                                                    -1.0 / 74724249600.0,
+                                                    -3617.0 / 10670622842880000.0};
         c2_ = c4_ = c2_slope_ = c4_slope_ = 0.0;
         for (int k = 8; k >= 2; --k) c4_slope_ = c4_slope_ * z + c4_, c4_ = c4_ * z + (k - 1) * s[k];
         for (int k = 8; k >= 1; --k) c2_slope_ = c2_slope_ * z + c2_, c2_ = c2_ * z + (k - 2) * s[k];
@@ -138,8 +152,8 @@ Matrix6 RightJacobianInverse::derivative(const Vector6& w) const {
     const Matrix6 at = ad_.transpose();
     const Vector6 w1 = at * w, w2 = at * w1, w3 = at * w2, w4 = at * w3;
     const Matrix6 p0 = coadjoint(w), p1 = coadjoint(w1);
-    const Matrix6 first = at * p0 + p1;                                          // d(ad^2)^T w
-    const Matrix6 third = at * (at * first + coadjoint(w2)) + coadjoint(w3);     // d(ad^4)^T w
+    const Matrix6 first = at * p0 + p1;                                       // d(ad^2)^T w
+    const Matrix6 third = at * (at * first + coadjoint(w2)) + coadjoint(w3);  // d(ad^4)^T w
     Matrix6 m = 0.5 * p0 + c2_ * first + c4_ * third;
     m.rightCols<3>() += (c2_slope_ * w2 + c4_slope_ * w4) * (2.0 * xi_.tail<3>()).transpose();
     return m;

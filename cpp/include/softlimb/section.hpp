@@ -18,8 +18,8 @@ namespace softlimb {
 struct AxialLaw {
     static constexpr int max_degree = 15;
     int degree = 0;
-    double centre = 0.0;      // [N]
-    double half_range = 1.0;  // [N]
+    double centre = 0.0;                               // [N]
+    double half_range = 1.0;                           // [N]
     std::array<double, max_degree + 1> coefficient{};  // [1/N]
 
     bool linear() const { return degree == 0; }

@@ -192,8 +192,7 @@ Path::Path(const Wall& wall, Freedom free, double pressure_scale) {
         for (int halving = 0; halving < 12; ++halving, step *= 0.5) {
             found = advance(wall, {}, free, from, from.shape.volume + step, next);
             // A pressure that jumps by much more than its slope promised: the step was too long.
-            if (found && std::abs(next.pressure - from.pressure) <=
-                             0.4 * (std::abs(from.pressure) + pressure_scale))
+            if (found && std::abs(next.pressure - from.pressure) <= 0.4 * (std::abs(from.pressure) + pressure_scale))
                 break;
             found = false;
         }

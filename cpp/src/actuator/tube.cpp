@@ -60,14 +60,17 @@ double small_pressure(const std::vector<Layer>& layers) {
     return 0.02 * sum;
 }
 
-constexpr double locking_threshold = 0.1;   // share of the work worth a remark
-constexpr double ballooning_margin = 0.9;   // of the limit pressure
+constexpr double locking_threshold = 0.1;  // share of the work worth a remark
+constexpr double ballooning_margin = 0.9;  // of the limit pressure
 
 }  // namespace
 
 Tube::Tube(double length, std::vector<Layer> layers, const TubeOptions& options)
-    : length_(checked_length(length)), layers_(adjoining(std::move(layers))), options_(options),
-      wall_(layers_, options.tension_only), pressure_scale_(small_pressure(layers_)),
+    : length_(checked_length(length)),
+      layers_(adjoining(std::move(layers))),
+      options_(options),
+      wall_(layers_, options.tension_only),
+      pressure_scale_(small_pressure(layers_)),
       path_(wall_, freedom(), pressure_scale_) {
     if (options.mass) require_positive("mass", *options.mass);
     require_not_negative("cap_length", options.cap_length);

@@ -153,8 +153,15 @@ SectionAtPressure Tube::section(double pressure, SectionModel model, Valve valve
         energy = near.energy, tangent_at = near.shape;
     }
     const double active = length_ - 2.0 * options_.cap_length;
-    const SectionConstants constants{length_, active, inner_radius(), area_scale_, mass_, linear_axial_,
-                                     linear_bending_, linear_shear_, options_.ends == Ends::free,
+    const SectionConstants constants{length_,
+                                     active,
+                                     inner_radius(),
+                                     area_scale_,
+                                     mass_,
+                                     linear_axial_,
+                                     linear_bending_,
+                                     linear_shear_,
+                                     options_.ends == Ends::free,
                                      valve == Valve::locked};
     SectionValues<double> values = section_values(constants, energy, at.shape);
     Section& section = out.section;
@@ -215,7 +222,8 @@ void Tube::nonlinear_law(const Equilibrium& rest, double pressure, Valve valve, 
                 l = -at.energy.h_lw * d_rest_volume, t = free.twist ? -at.energy.h_wt * d_rest_volume : 0.0;
             }
             Factor(at.energy, free).solve(l, w, t);
-            node.slope = ((l - d_rest_stretch) * share - node.value * force * out.d_rest_length / out.rest_length) / force;
+            node.slope =
+                ((l - d_rest_stretch) * share - node.value * force * out.d_rest_length / out.rest_length) / force;
         }
         return node;
     };
@@ -226,7 +234,8 @@ void Tube::nonlinear_law(const Equilibrium& rest, double pressure, Valve valve, 
     // another mode of instability: there the range shrinks until the interpolation is good.
     const bool may_be_rough = wall_.tension_only() || valve == Valve::locked;
     // A tube that folds inside the range gets a shorter one; the stiffness at rest remains if none is short enough.
-    // Measured by EA at constant pressure: locked in volume a tube is many times stiffer, but the forces are the limb's.
+    // Measured by EA at constant pressure: locked in volume a tube is many times stiffer, but the forces are the
+    // limb's.
     const double scale = section.bending * linear_axial_ / linear_bending_;
     for (double half_range = 0.5 * (highest - lowest) * scale; half_range > shortest * scale; half_range *= 0.6) {
         const double centre = -node_of_rest * half_range;

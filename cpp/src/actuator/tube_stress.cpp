@@ -90,8 +90,12 @@ WallStress Tube::stress_at_reference(const TubeState& state, double reference_ra
         drop += radial_drop(layers[i], q, layers[i].x_in, layers[i].x_out, one_way);
     const Differences d = differences(layers[here], q, x, one_way);
     const double s = std::exp(x);
-    return {inner_radius() * std::sqrt((s + q.volume - 1.0) / q.stretch), reference_radius, -drop, d.hoop - drop,
-            d.axial - drop, d.shear};
+    return {inner_radius() * std::sqrt((s + q.volume - 1.0) / q.stretch),
+            reference_radius,
+            -drop,
+            d.hoop - drop,
+            d.axial - drop,
+            d.shear};
 }
 
 WallStress Tube::stress(const TubeState& state, double radius) const {
@@ -157,8 +161,7 @@ std::vector<std::string> Tube::remarks(const TubeState& state) const {
     if (state.flags & law_out_of_range)
         say("a stretch in the wall is beyond the range that a material law was fitted to, by a strain of ",
             largest_strain_excess(state.shape));
-    if (state.flags & near_law_limit)
-        say("Gent's law is close to its limit: the answer has four to six digits there");
+    if (state.flags & near_law_limit) say("Gent's law is close to its limit: the answer has four to six digits there");
     if (state.flags & locking)
         say("fibres lock: two-way fibres smeared over a thick layer hold each other, which takes ",
             100.0 * locking_share_, " % of the pressure's work; consider a thin layer of fibres or tension_only=True");
@@ -175,7 +178,9 @@ std::string Tube::message(const TubeState& state) const {
     std::ostringstream text;
     text.precision(4);
     switch (state.status) {
-        case solve::SolveStatus::converged: text << "equilibrium found"; break;
+        case solve::SolveStatus::converged:
+            text << "equilibrium found";
+            break;
         case solve::SolveStatus::limit_point:
             if (state.limit_pressure > 0.0 && path_.end() == PathEnd::instability)
                 text << "the tube loses its stability at about " << state.limit_pressure * 1e-3
@@ -186,8 +191,11 @@ std::string Tube::message(const TubeState& state) const {
             else
                 text << "no stable equilibrium under these loads was found on the way from rest";
             break;
-        case solve::SolveStatus::no_progress: text << "no such state was found; the nearest one is returned"; break;
-        default: text << "no equilibrium found (" << solve::name_of(state.status) << ")";
+        case solve::SolveStatus::no_progress:
+            text << "no such state was found; the nearest one is returned";
+            break;
+        default:
+            text << "no equilibrium found (" << solve::name_of(state.status) << ")";
     }
     for (const std::string& remark : remarks(state)) text << "; " << remark;
     return text.str();

@@ -39,13 +39,19 @@ Wall::Wall(const std::vector<Layer>& layers, bool tension_only, int points)
     // singularity at I1 - 3 = jm comes near from a fraction of jm on.
     fine_from_ = 1.0;
     for (const Layer& layer : layers)
-        if (const auto* gent = std::get_if<materials::Gent>(&layer.law)) fine_from_ = std::min(fine_from_, 0.2 * gent->jm);
+        if (const auto* gent = std::get_if<materials::Gent>(&layer.law))
+            fine_from_ = std::min(fine_from_, 0.2 * gent->jm);
     s_out_ = layers.back().outer / layers.front().inner;
     s_out_ *= s_out_;
     const double scale = 1.0 / layers.front().inner;
     for (const Layer& from : layers) {
-        WallLayer to{from.law, from.silicone_fraction(), 2.0 * std::log(from.inner * scale),
-                     2.0 * std::log(from.outer * scale), {}, {}, {}};
+        WallLayer to{from.law,
+                     from.silicone_fraction(),
+                     2.0 * std::log(from.inner * scale),
+                     2.0 * std::log(from.outer * scale),
+                     {},
+                     {},
+                     {}};
         const int few = points > 0 ? points : points_for(to.x_in, to.x_out);
         to.points = wall_points(to.x_in, to.x_out, few);
         to.fine_points = wall_points(to.x_in, to.x_out, std::min(2 * few + 4, GaussRule::max_points));

@@ -150,8 +150,8 @@ void Balance::apply_holds(const Scene& scene, const std::vector<Pose>& plates, b
         const Matrix6 pseudo = c.transpose() * gram.partialPivLu().inverse();
         Matrix6& projector = projector_[j];
         projector = Matrix6::Identity() - pseudo * c;
-        const bool partly_turned = (hold.held[3] || hold.held[4] || hold.held[5]) &&
-                                   !(hold.held[3] && hold.held[4] && hold.held[5]);
+        const bool partly_turned =
+            (hold.held[3] || hold.held[4] || hold.held[5]) && !(hold.held[3] && hold.held[4] && hold.held[5]);
         if (partly_turned) {
             // The reaction C^T lambda turns with the plate where some rotations are free: its own stiffness, by central
             // differences (it does not enter the residual, so 1e-9 is plenty).

@@ -1,6 +1,5 @@
 #include "softlimb/limb/descent.hpp"
 
-
 #include <algorithm>
 #include <random>
 
@@ -214,9 +213,9 @@ double Descent::work_on_step(const Shape& from, const Shape& to) const {
 }
 
 bool Descent::leave_along_mode(const Shape& saddle, double saddle_energy, double multiplier, Shape& lower) {
-    // A straight step along a mode stretches a stiff rod by the square of its turn: with EA l^2/EI = 1e6 it gains height
-    // beyond a turn of a thousandth, however unstable the saddle. A few Newton steps, convex by the multiplier that the
-    // saddle needed, take the stretch out again before the heights are compared.
+    // A straight step along a mode stretches a stiff rod by the square of its turn: with EA l^2/EI = 1e6 it gains
+    // height beyond a turn of a thousandth, however unstable the saddle. A few Newton steps, convex by the multiplier
+    // that the saddle needed, take the stretch out again before the heights are compared.
     constexpr int relaxations = 6;
     const std::vector<Vector6> mode = moves_;
     const std::vector<std::vector<Vector6>> node_mode = node_moves_;

@@ -32,11 +32,10 @@ double largest_moment(const Shape& shape) {
 
 }  // namespace
 
-void choose_mesh(const Geometry& geometry, const Scene& scene, double tolerance, Shape& shape) {
-    static_cast<void>(geometry);
-    // One eighth-order step over an activity z errs by about 1e-7 z^8 of its length (median over random wrenches 4e-8, worst
-    // 6e-6: tests/test_integrators.py); the check with half the step catches the rest. A piece of activity above 1.5 makes
-    // Newton's basin small.
+void choose_mesh(const Scene& scene, double tolerance, Shape& shape) {
+    // One eighth-order step over an activity z errs by about 1e-7 z^8 of its length (median over random wrenches 4e-8,
+    // worst 6e-6: tests/test_integrators.py); the check with half the step catches the rest. A piece of activity
+    // above 1.5 makes Newton's basin small.
     constexpr double largest_piece = 1.5, error_of_unit_step = 1e-7;
     // Wrenches of a shape far from balance ask for any number of pieces, and each call splits what it finds: a rod of
     // growth e^80 needs 54, one of forty turns 168.
@@ -129,8 +128,7 @@ bool Equilibrium::check_finer(const Shape& shape) {
             if (!end.pose.finite() || !end.wrench.allFinite()) return false;
             gaps_[r][e] = rod::pose_gap(end.pose, rod.nodes[e + 1]);
             const Vector6 change = exact_[r][e].wrench_for_gap(gaps_[r][e]);
-            loads_[r][e] << -(rod.wrenches[e] + change),
-                end.wrench + exact_[r][e].end_wrench_by_base_wrench() * change;
+            loads_[r][e] << -(rod.wrenches[e] + change), end.wrench + exact_[r][e].end_wrench_by_base_wrench() * change;
         }
         rod_forces_[r] = chains_[r].condense_loads(loads_[r], interior_[r]);
     }
@@ -339,7 +337,8 @@ bool Equilibrium::linearise_at(const Shape& shape) {
 
 void Equilibrium::respond(const std::vector<Vector6>& plate_wrenches, std::vector<Vector6>& moves) const {
     std::vector<Vector6> rhs(plate_wrenches.size());
-    for (std::size_t j = 0; j < rhs.size(); ++j) rhs[j] = -(balance_.projector(static_cast<int>(j)) * plate_wrenches[j]);
+    for (std::size_t j = 0; j < rhs.size(); ++j)
+        rhs[j] = -(balance_.projector(static_cast<int>(j)) * plate_wrenches[j]);
     balance_.solve(rhs, moves);
 }
 
@@ -352,8 +351,8 @@ void Equilibrium::respond_to_rod(const Shape& shape, int i, const Section& secti
     std::vector<Vector12> loads(rod.elements());
     std::vector<Vector6> interior(rod.elements() + 1, Vector6::Zero());
     for (int e = 0; e < rod.elements(); ++e) {
-        const rod::EndSlope slope = rod::end_slope(part, section_slope, share * length_slope, weight_slope, rod.nodes[e],
-                                                   rod.wrenches[e], rod.integration);
+        const rod::EndSlope slope = rod::end_slope(part, section_slope, share * length_slope, weight_slope,
+                                                   rod.nodes[e], rod.wrenches[e], rod.integration);
         const Vector6 change = exact_[i][e].wrench_for_gap(slope.pose);
         loads[e] << -change, slope.wrench + exact_[i][e].end_wrench_by_base_wrench() * change;
     }
@@ -390,8 +389,10 @@ std::vector<Vector6> Equilibrium::reactions(const Shape& shape) const {
     Balance::carry(geometry_, shape.plates, ends, reactions);
     for (int j = 0; j < geometry_.plates(); ++j) {
         reactions[j] -= plate_load(geometry_, scene_, shape.plates[j], j, nullptr);
-        if (!scene_.holds[j].any()) reactions[j].setZero();
-        else reactions[j] = ((Matrix6::Identity() - balance_.projector(j)) * reactions[j]).eval();
+        if (!scene_.holds[j].any())
+            reactions[j].setZero();
+        else
+            reactions[j] = ((Matrix6::Identity() - balance_.projector(j)) * reactions[j]).eval();
     }
     return reactions;
 }

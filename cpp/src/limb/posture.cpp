@@ -49,8 +49,7 @@ bool leaves_axial_law(const Posture& posture, int i) {
 
 double largest_stretch(const Posture& posture, int i) {
     double largest = 0.0;
-    for (const RodPoint& point : points_along(posture, i, few_fractions))
-        largest = std::max(largest, point.strain.z());
+    for (const RodPoint& point : points_along(posture, i, few_fractions)) largest = std::max(largest, point.strain.z());
     return posture.scene.rods[i].section.stretch * largest;
 }
 

@@ -53,13 +53,13 @@ Attempt refine(const Geometry& geometry, const Scene& scene, const SolveOptions&
     NewtonSettings settings;
     settings.tolerance = options.tolerance;
     settings.max_iterations = options.max_iterations;
-    choose_mesh(geometry, scene, options.tolerance, shape);
+    choose_mesh(scene, options.tolerance, shape);
     attempt.shape = std::move(shape);
     for (int round = 0; round < 4; ++round) {
         attempt.report = equilibrium.solve(attempt.shape, settings);
         iterations += attempt.report.iterations;
         if (!attempt.converged() || largest_activity(scene, attempt.shape) < 3.0) break;
-        choose_mesh(geometry, scene, options.tolerance, attempt.shape);
+        choose_mesh(scene, options.tolerance, attempt.shape);
     }
     return attempt;
 }
@@ -115,8 +115,7 @@ bool diverges(const Eigen::MatrixXd& stiffness) {
     return false;
 }
 
-void fill(const Scene& scene, const Equilibrium& equilibrium, const Attempt& attempt,
-          Solution& solution) {
+void fill(const Scene& scene, const Equilibrium& equilibrium, const Attempt& attempt, Solution& solution) {
     solution.shape = attempt.shape;
     solution.status = attempt.report.status;
     solution.residual = attempt.report.residual;
@@ -134,9 +133,7 @@ void fill(const Scene& scene, const Equilibrium& equilibrium, const Attempt& att
     solution.reactions = equilibrium.reactions(solution.shape);
 }
 
-std::string count_of(int modes) {
-    return std::to_string(modes) + (modes == 1 ? " unstable mode" : " unstable modes");
-}
+std::string count_of(int modes) { return std::to_string(modes) + (modes == 1 ? " unstable mode" : " unstable modes"); }
 
 }  // namespace
 
@@ -204,8 +201,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
                                   : "no start given: descent of the energy from constant curvature");
     Attempt last;
     for (int parts : {4, 8, 16, 32, 64}) {
-        for (RodShape& rod : shape.rods)
-            split_elements(rod, std::max(1, parts / rod.elements()));
+        for (RodShape& rod : shape.rods) split_elements(rod, std::max(1, parts / rod.elements()));
         DescentReport fine = descend(geometry, scene, shape, solution.descent_iterations);
         if (fine.saddle && !saddle) saddle = std::move(fine.saddle);
         Shape warm = shape;
@@ -256,7 +252,8 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         case SolveStatus::not_finite:
             solution.message = "not converged: the rods have no finite shape under these loads";
             break;
-        default: solution.message = "not converged: Newton's budget ran out from every mesh";
+        default:
+            solution.message = "not converged: Newton's budget ran out from every mesh";
     }
     return solution;
 }

@@ -11,7 +11,8 @@ namespace {
 /// of where each rod alone would put the plate.
 Pose bent_segment(const Segment& segment, const RodAtPressure* rods) {
     const int count = static_cast<int>(segment.rods.size());
-    // Least squares of l = a + b x + c y over the base points; ridge keeps one or two rods, or points in a line, regular.
+    // Least squares of l = a + b x + c y over the base points; ridge keeps one or two rods, or points in a line,
+    // regular.
     Matrix3 normal = Matrix3::Zero();
     Vector3 right = Vector3::Zero();
     double spread = 0.0, mean = 0.0;
@@ -46,7 +47,8 @@ Pose bent_segment(const Segment& segment, const RodAtPressure* rods) {
     }
     const Eigen::JacobiSVD<Matrix3> svd(rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
     Matrix3 nearest = svd.matrixU() * svd.matrixV().transpose();
-    if (nearest.determinant() < 0.0) nearest = svd.matrixU() * Vector3(1, 1, -1).asDiagonal() * svd.matrixV().transpose();
+    if (nearest.determinant() < 0.0)
+        nearest = svd.matrixU() * Vector3(1, 1, -1).asDiagonal() * svd.matrixV().transpose();
     return {position, nearest};
 }
 

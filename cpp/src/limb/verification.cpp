@@ -50,8 +50,7 @@ State converged_end(const rod::RodPiece& piece, const State& base) {
     State coarse = integrate(piece, base, 16);
     for (int steps = 32; steps <= 16384; steps *= 2) {
         const State fine = integrate(piece, base, steps);
-        const double change = (fine.p - coarse.p).norm() / piece.length +
-                              (fine.q.coeffs() - coarse.q.coeffs()).norm();
+        const double change = (fine.p - coarse.p).norm() / piece.length + (fine.q.coeffs() - coarse.q.coeffs()).norm();
         // RK4 halves to a sixteenth, so the finer value is fifteen times better than the change.
         if (change < 1.5e-12) return fine;
         coarse = fine;
@@ -103,8 +102,7 @@ Verification verify(const Posture& posture) {
                 const bool last = e + 1 == rod.elements();
                 const Pose target = last ? plate * place.end : rod.nodes[e + 1];
                 grow(errors.position_error, (end.p - target.position).norm() / geometry.length);
-                grow(errors.rotation_error,
-                     log_so3(end.q.toRotationMatrix() * target.rotation.transpose()).norm());
+                grow(errors.rotation_error, log_so3(end.q.toRotationMatrix() * target.rotation.transpose()).norm());
                 if (!last) {
                     grow(errors.force_error, (n_end - rod.wrenches[e + 1].head<3>()).norm() / force);
                     grow(errors.moment_error, (m_end - rod.wrenches[e + 1].tail<3>()).norm() / moment);

@@ -51,8 +51,7 @@ Chain::Pivots Chain::condense(const Vector6& shift, bool symmetric, bool need_po
         ends_.stiffness.topLeftCorner<6, 6>() -= e.first_row * e.by_first;
         ends_.stiffness.topRightCorner<6, 6>() = -e.first_row * e.by_next;
         ends_.stiffness.bottomLeftCorner<6, 6>() = -e.next_row * e.by_first;
-        ends_.stiffness.bottomRightCorner<6, 6>() =
-            next.stiffness.bottomRightCorner<6, 6>() - e.next_row * e.by_next;
+        ends_.stiffness.bottomRightCorner<6, 6>() = next.stiffness.bottomRightCorner<6, 6>() - e.next_row * e.by_next;
         ends_.force.head<6>() -= e.first_row * e.right;
         ends_.force.tail<6>() = next.force.tail<6>() - e.next_row * e.right;
     }

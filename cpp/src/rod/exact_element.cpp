@@ -1,6 +1,5 @@
-#include "softlimb/rod/element.hpp"
-
 #include "softlimb/arguments.hpp"
+#include "softlimb/rod/element.hpp"
 
 namespace softlimb::rod {
 namespace {

@@ -58,8 +58,8 @@ double geodesic_element(const RodPiece& piece, const Pose& first, const Pose& se
     const Matrix6 &r = right.matrix(), &l = left.matrix();
     // dxi = r eta2 - l eta1 in node axes; forces in node axes: (-l^T w, r^T w).
     const Matrix6 k = g.stiffness / piece.length;
-    const Matrix6 kr = r.transpose() * k + right.derivative(g.wrench);         // d(r^T w)/dxi
-    const Matrix6 kl = -(l.transpose() * k) + left.derivative(g.wrench);       // d(-l^T w)/dxi, as l = r(-xi)
+    const Matrix6 kr = r.transpose() * k + right.derivative(g.wrench);    // d(r^T w)/dxi
+    const Matrix6 kl = -(l.transpose() * k) + left.derivative(g.wrench);  // d(-l^T w)/dxi, as l = r(-xi)
     const Vector6 f1 = -(l.transpose() * g.wrench), f2 = r.transpose() * g.wrench;
 
     // To base axes: forces turn with their node, f_base = R f, df_base = R df + dtheta x f_base.

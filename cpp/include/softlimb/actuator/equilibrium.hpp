@@ -38,9 +38,9 @@ struct Equilibrium {
     bool converged() const { return status == solve::SolveStatus::converged; }
 };
 
-/// A Newton step this small (relative) is taken without looking again: what it leaves is of the order of its square, and
-/// the Hessian at its start serves as the tangent to about ten digits (stiff fibres change it a thousand times faster
-/// than the shape).
+/// A Newton step this small (relative) is taken without looking again: what it leaves is of the order of its square,
+/// and the Hessian at its start serves as the tangent to about ten digits (stiff fibres change it a thousand times
+/// faster than the shape).
 constexpr double negligible_step = 1e-11;
 
 /// Minimum of the potential energy - force lz - pressure w - torque gamma over the free unknowns, from a start.
@@ -49,15 +49,14 @@ Equilibrium relax(const Wall& wall, const WallLoads& loads, const Shape<double>&
                   double last_step = negligible_step);
 
 /// The state with a given stretch, whose pressure is then an answer (loads.pressure is where it starts from).
-Equilibrium at_stretch(const Wall& wall, double stretch, WallLoads& loads, const Shape<double>& start,
-                       Freedom free);
+Equilibrium at_stretch(const Wall& wall, double stretch, WallLoads& loads, const Shape<double>& start, Freedom free);
 
 /// One equilibrium on the path that the tube takes as its volume grows, with slopes along the volume.
 struct PathPoint {
     Shape<double> shape;
     double pressure = 0.0;
     double d_pressure = 0.0, d_stretch = 0.0, d_twist = 0.0;  // over d volume
-    bool stable = false;                                       // under given pressure
+    bool stable = false;                                      // under given pressure
     bool stable_at_volume = false;
 };
 

@@ -26,7 +26,8 @@ inline ThreadGeometry thread_geometry(double inner, double outer, double thread_
     if (!(outer > inner)) reject("outer radius of the threaded layer", outer, "larger than its inner radius");
     require_positive("thread_diameter", thread_diameter);
     require_positive("pitch", pitch);
-    if (thread_diameter > pitch) reject("thread_diameter", thread_diameter, "at most the pitch (the turns would overlap)");
+    if (thread_diameter > pitch)
+        reject("thread_diameter", thread_diameter, "at most the pitch (the turns would overlap)");
     const double pi = std::numbers::pi;
     const double alpha = angle.value_or(std::atan2(pitch, 2.0 * pi * inner));
     require_finite("fibre angle", alpha);
@@ -34,7 +35,8 @@ inline ThreadGeometry thread_geometry(double inner, double outer, double thread_
         reject("fibre angle", alpha, "within (0, pi/2) (was it given in degrees? multiply by units.deg)");
     const double section = 0.25 * pi * thread_diameter * thread_diameter;
     const double fraction = section * 2.0 * inner / (std::cos(alpha) * (outer * outer - inner * inner) * pitch);
-    if (!(fraction < 0.5)) reject("volume fraction of one thread family", fraction, "below 0.5 (two families share the layer)");
+    if (!(fraction < 0.5))
+        reject("volume fraction of one thread family", fraction, "below 0.5 (two families share the layer)");
     return {alpha, fraction};
 }
 

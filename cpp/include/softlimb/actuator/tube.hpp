@@ -14,47 +14,47 @@
 
 namespace softlimb::actuator {
 
-enum class Ends { free, bonded };             // bonded: twist blocked
+enum class Ends { free, bonded };  // bonded: twist blocked
 enum class TubeModel { thick, paper_reduced };
 enum class SectionModel { tangent, nonlinear, paper };
-enum class Valve { open, locked };            // constant pressure, constant volume
+enum class Valve { open, locked };  // constant pressure, constant volume
 
 /// Remarks on an answer that is right as an answer; bits of `TubeState::flags`.
 enum TubeFlag : unsigned {
-    law_out_of_range = 1u << 0,    // a stretch beyond the data that a material law was fitted to
-    locking = 1u << 1,             // two-way fibres smeared over a thick layer hold each other
-    slack_fibres = 1u << 2,        // some tension-only fibres carry nothing
-    near_ballooning = 1u << 3,     // above nine tenths of the limit pressure
-    negative_pressure = 1u << 4,   // outside the range the model is meant for
-    unstable = 1u << 5,            // an equilibrium that would not stay under given pressure
-    near_law_limit = 1u << 6,      // a Gent law beyond nine tenths of its limit: the integral through the wall loses digits
+    law_out_of_range = 1u << 0,   // a stretch beyond the data that a material law was fitted to
+    locking = 1u << 1,            // two-way fibres smeared over a thick layer hold each other
+    slack_fibres = 1u << 2,       // some tension-only fibres carry nothing
+    near_ballooning = 1u << 3,    // above nine tenths of the limit pressure
+    negative_pressure = 1u << 4,  // outside the range the model is meant for
+    unstable = 1u << 5,           // an equilibrium that would not stay under given pressure
+    near_law_limit = 1u << 6,  // a Gent law beyond nine tenths of its limit: the integral through the wall loses digits
 };
 
 struct TubeOptions {
     bool tension_only = false;
     Ends ends = Ends::free;
-    std::optional<double> mass{};      // [kg]; default: silicone density times volume
-    double cap_length = 0.0;           // part of the length at each end that a rigid cap keeps at rest [m]
+    std::optional<double> mass{};  // [kg]; default: silicone density times volume
+    double cap_length = 0.0;       // part of the length at each end that a rigid cap keeps at rest [m]
     bool operator==(const TubeOptions&) const = default;
 };
 
 /// Equilibrium of a tube.
 struct TubeState {
-    double stretch = 1.0;          // lz
-    double inner_radius = 0.0;     // r_i [m]
-    double twist_rate = 0.0;       // per reference length [rad/m]
-    double pressure = 0.0;         // [Pa]
-    double axial_force = 0.0;      // [N]
-    double torque = 0.0;           // applied; with bonded ends the ends' reaction [N m]
+    double stretch = 1.0;              // lz
+    double inner_radius = 0.0;         // r_i [m]
+    double twist_rate = 0.0;           // per reference length [rad/m]
+    double pressure = 0.0;             // [Pa]
+    double axial_force = 0.0;          // [N]
+    double torque = 0.0;               // applied; with bonded ends the ends' reaction [N m]
     double smallest_eigenvalue = 0.0;  // of S H S, S = diag(1, R_i^2, 1/R_i), over the free unknowns [N]
-    double limit_pressure = 0.0;   // where stability is lost under the same force and torque, when that was met [Pa]
-    bool stable = false;           // under given pressure
+    double limit_pressure = 0.0;  // where stability is lost under the same force and torque, when that was met [Pa]
+    bool stable = false;          // under given pressure
     bool success = false;
     unsigned flags = 0;
     int iterations = 0;
     solve::SolveStatus status = solve::SolveStatus::max_iterations;
     TubeModel model = TubeModel::thick;
-    Shape<double> shape;           // scaled unknowns behind the above
+    Shape<double> shape;  // scaled unknowns behind the above
 };
 
 /// What a rod needs, and its derivative to the pressure. `d_section` holds derivatives field by field; of the axial

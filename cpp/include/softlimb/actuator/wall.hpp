@@ -50,8 +50,8 @@ struct WallPoint {
 
 struct WallLayer {
     materials::AnyLaw law;
-    double silicone;       // fraction of the volume
-    double x_in, x_out;    // ln s at its faces
+    double silicone;     // fraction of the volume
+    double x_in, x_out;  // ln s at its faces
     std::vector<WallPoint> points, fine_points;
     std::vector<WallFamily> families;
 };
@@ -129,8 +129,12 @@ template <class S>
 struct ShapeTerms {
     S l, inverse_l, l_squared, d, twist, twist_squared;
     explicit ShapeTerms(const Shape<S>& q)
-        : l(q.stretch), inverse_l(1.0 / q.stretch), l_squared(q.stretch * q.stretch), d(q.volume - 1.0),
-          twist(q.twist), twist_squared(q.twist * q.twist) {}
+        : l(q.stretch),
+          inverse_l(1.0 / q.stretch),
+          l_squared(q.stretch * q.stretch),
+          d(q.volume - 1.0),
+          twist(q.twist),
+          twist_squared(q.twist * q.twist) {}
 };
 
 /// Silicone of one layer. The chain rule from (a, t) to (lz, w, gamma), written out.
@@ -240,7 +244,8 @@ void Wall::add_partly_slack(const WallLayer& layer, const WallFamily& family, co
     const detail::ShapeTerms<S> terms(q);
     if (parts.whole) {
         for (const WallPoint& p : strained(at) ? layer.fine_points : layer.points)
-            detail::add_fibre<true>(terms, p.s, p.inverse_r, family.cosine, family.sine, family.stiffness * p.weight, e);
+            detail::add_fibre<true>(terms, p.s, p.inverse_r, family.cosine, family.sine, family.stiffness * p.weight,
+                                    e);
         return;
     }
     const auto boundary = [&](double x, bool moving) {

@@ -28,15 +28,15 @@ public:
     /// Solves K x = -rhs for the moves of the plates.
     void solve(const std::vector<Vector6>& rhs, std::vector<Vector6>& moves) const;
 
-    const std::vector<Vector6>& residual() const { return residual_; }           // confined, if holds were applied
+    const std::vector<Vector6>& residual() const { return residual_; }            // confined, if holds were applied
     const std::vector<Vector6>& full_residual() const { return full_residual_; }  // before the holds
     const solve::BlockTridiagonal& system() const { return system_; }
     /// Projector onto the free freedoms of plate j (identity where nothing is held).
     const Matrix6& projector(int j) const { return projector_[j]; }
 
     /// Carries end forces of the rods to the plates: the transpose of the rods' attachment.
-    static void carry(const Geometry& geometry, const std::vector<Pose>& plates, const std::vector<Vector12>& rod_forces,
-                      std::vector<Vector6>& plate_forces);
+    static void carry(const Geometry& geometry, const std::vector<Pose>& plates,
+                      const std::vector<Vector12>& rod_forces, std::vector<Vector6>& plate_forces);
     /// Moves of a rod's two ends for given moves of the plates (base plate: zero).
     static void end_moves(const Geometry& geometry, const std::vector<Pose>& plates, const std::vector<Vector6>& moves,
                           int segment, int rod_in_segment, Vector6& first, Vector6& second);
@@ -50,7 +50,8 @@ private:
 /// Wrench of all loads on plate j about its origin, base axes, and (unless null) its derivative to (dp, dtheta).
 Vector6 plate_load(const Geometry& geometry, const Scene& scene, const Pose& plate, int j, Matrix6* derivative);
 
-/// Gap of a held plate: (p - p_hold, rotation vector of R R_hold^T), and the rows that turn (dp, dtheta) into its change.
+/// Gap of a held plate: (p - p_hold, rotation vector of R R_hold^T), and the rows that turn (dp, dtheta) into its
+/// change.
 Vector6 hold_gap(const Hold& hold, const Pose& plate);
 Matrix6 hold_rows(const Hold& hold, const Pose& plate);
 

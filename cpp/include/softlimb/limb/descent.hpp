@@ -12,7 +12,7 @@ namespace softlimb::limb {
 
 struct DescentSettings {
     int max_iterations = 300;
-    double radius = 0.5;         // first bound on a step: rotation [rad], translation in units of half a rod
+    double radius = 0.5;  // first bound on a step: rotation [rad], translation in units of half a rod
     double largest_radius = 2.0;
     double small_step = 1e-3;    // a full Newton step below this ends the descent: the exact solver takes over
     double largest_angle = 1.2;  // [rad] an element that bends further asks for a finer mesh
@@ -34,7 +34,7 @@ public:
 
 private:
     void resize(const Shape& shape);
-    bool linearise(const Shape& shape);       // forces and stiffness of all elements; false when not finite
+    bool linearise(const Shape& shape);                  // forces and stiffness of all elements; false when not finite
     bool factor(const Shape& shape, double multiplier);  // false when the shifted Hessian is not positive definite
     void solve_for_step(const Shape& shape);
     void solve_for_unstable_mode(const Shape& shape);

@@ -19,7 +19,7 @@
 namespace softlimb::limb {
 
 struct NewtonSettings {
-    double tolerance = 1e-6;   // tip error relative to the limb's length
+    double tolerance = 1e-6;  // tip error relative to the limb's length
     int max_iterations = 60;
     double largest_turn = 0.5;  // [rad] bound on a step's rotation; translations are bounded by this times half a rod
 };
@@ -44,8 +44,8 @@ public:
     /// Linearises at a shape that is an equilibrium already, for the responses below. False where it is singular.
     bool linearise_at(const Shape& shape);
 
-    /// Condensed stiffness of the plates (free freedoms) at the last solution: rows of the balance, base axes, about each
-    /// plate's origin. Valid after a converged solve.
+    /// Condensed stiffness of the plates (free freedoms) at the last solution: rows of the balance, base axes, about
+    /// each plate's origin. Valid after a converged solve.
     const Balance& balance() const { return balance_; }
 
     /// Moves of the plates under small extra wrenches on them, at the last solution.
@@ -94,8 +94,8 @@ private:
 /// Largest activity (bend plus growth, see choose_mesh) of a piece of the shape.
 double largest_activity(const Scene& scene, const Shape& shape);
 
-/// Chooses pieces and steps of every rod from its internal wrenches, so that a piece turns little and grows little and the
-/// integration should meet the tolerance. Splits pieces of `shape` where they are too long.
-void choose_mesh(const Geometry& geometry, const Scene& scene, double tolerance, Shape& shape);
+/// Chooses pieces and steps of every rod from its internal wrenches, so that a piece turns little and grows little and
+/// the integration should meet the tolerance. Splits pieces of `shape` where they are too long.
+void choose_mesh(const Scene& scene, double tolerance, Shape& shape);
 
 }  // namespace softlimb::limb

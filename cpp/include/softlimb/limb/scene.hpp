@@ -54,9 +54,9 @@ struct Hold {
 struct Scene {
     std::vector<RodAtPressure> rods;  // segment by segment
     Vector3 gravity = Vector3::Zero();
-    std::vector<Vector6> wrenches;    // on each plate, about its origin
-    bool following = false;           // wrenches turn with their plates (given in plate axes)
-    std::vector<Hold> holds;          // one a plate
+    std::vector<Vector6> wrenches;  // on each plate, about its origin
+    bool following = false;         // wrenches turn with their plates (given in plate axes)
+    std::vector<Hold> holds;        // one a plate
 
     /// Load per rest length of rod i, its weight included.
     rod::LineLoad<double> line_load(int i) const;

@@ -41,8 +41,8 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
 /// Tip (dp, dtheta) by tip wrench, base axes, at an equilibrium. Raises std::runtime_error at a fold.
 Matrix6 tip_compliance(const Geometry& geometry, const Scene& scene, const Shape& shape);
 
-/// Condensed stiffness of the plates at an equilibrium, (dp, dtheta) of every plate in base axes about its origin; rows and
-/// columns of held freedoms are zero. Raises std::runtime_error at a fold.
+/// Condensed stiffness of the plates at an equilibrium, (dp, dtheta) of every plate in base axes about its origin; rows
+/// and columns of held freedoms are zero. Raises std::runtime_error at a fold.
 Eigen::MatrixXd plate_stiffness(const Geometry& geometry, const Scene& scene, const Shape& shape);
 
 /// Rates of a rod's section (field by field) and rest length with its own parameter, for instance its pressure.

@@ -11,13 +11,14 @@ namespace softlimb::materials {
 /// Source: A. N. Gent, A new constitutive relation for rubber, Rubber Chemistry and Technology 69 (1996) 59-61.
 struct Gent {
     static constexpr std::string_view name = "gent", class_name = "Gent", shear_modulus_formula = "mu",
-                                      summary = "Gent's law: W = -(mu jm/2) log(1 - (I1 - 3)/jm); "
-                                                "NaN at and past I1 - 3 = jm.";
+                                      summary =
+                                          "Gent's law: W = -(mu jm/2) log(1 - (I1 - 3)/jm); "
+                                          "NaN at and past I1 - 3 = jm.";
     static constexpr auto parameters() {
-        return std::tuple{Parameter<Gent, double>{"mu", &Gent::mu, Bound::positive,
-                                                  "Initial shear modulus [Pa], positive."},
-                          Parameter<Gent, double>{"jm", &Gent::jm, Bound::positive,
-                                                  "Value of I1 - 3 that no state can reach, positive."}};
+        return std::tuple{
+            Parameter<Gent, double>{"mu", &Gent::mu, Bound::positive, "Initial shear modulus [Pa], positive."},
+            Parameter<Gent, double>{"jm", &Gent::jm, Bound::positive,
+                                    "Value of I1 - 3 that no state can reach, positive."}};
     }
 
     double mu = 0.0;          // [Pa]

@@ -34,7 +34,7 @@ enum class Bound { finite, positive, not_zero };
 template <class L, class Value>
 struct Parameter {
     std::string_view name;
-    Value L::*member;
+    Value L::* member;
     Bound bound;
     std::string_view meaning;
     bool optional = false;
@@ -65,9 +65,7 @@ inline void require_bound(std::string_view name, double value, Bound bound) {
 template <MaterialLaw L>
 void check(const L& law) {
     std::apply(
-        [&](const auto&... parameter) {
-            (require_bound(parameter.name, law.*parameter.member, parameter.bound), ...);
-        },
+        [&](const auto&... parameter) { (require_bound(parameter.name, law.*parameter.member, parameter.bound), ...); },
         L::parameters());
     if constexpr (requires { law.check_terms(); }) law.check_terms();
     require_positive("density", law.density);

@@ -9,10 +9,9 @@ struct MooneyRivlin {
                                       shear_modulus_formula = "2 (c10 + c01)",
                                       summary = "Mooney-Rivlin law: W = c10 (I1 - 3) + c01 (I2 - 3).";
     static constexpr auto parameters() {
-        return std::tuple{Parameter<MooneyRivlin, double>{"c10", &MooneyRivlin::c10, Bound::finite,
-                                                          "Coefficient of I1 - 3 [Pa]."},
-                          Parameter<MooneyRivlin, double>{"c01", &MooneyRivlin::c01, Bound::finite,
-                                                          "Coefficient of I2 - 3 [Pa]."}};
+        return std::tuple{
+            Parameter<MooneyRivlin, double>{"c10", &MooneyRivlin::c10, Bound::finite, "Coefficient of I1 - 3 [Pa]."},
+            Parameter<MooneyRivlin, double>{"c01", &MooneyRivlin::c01, Bound::finite, "Coefficient of I2 - 3 [Pa]."}};
     }
 
     double c10 = 0.0, c01 = 0.0;  // [Pa]

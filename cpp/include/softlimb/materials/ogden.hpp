@@ -8,17 +8,17 @@ namespace softlimb::materials {
 /// terms. (Some programs write 2 mu_p/alpha_p^2: there mu_p alpha_p / 2 is what they call mu_p.)
 /// Source: R. W. Ogden, Large deformation isotropic elasticity, Proc. R. Soc. Lond. A 326 (1972) 565-584.
 struct Ogden {
-    static constexpr std::string_view name = "ogden", class_name = "Ogden",
-                                      shear_modulus_formula = "sum(mu alpha)/2",
-                                      summary = "Ogden's law: W = sum mu_p/alpha_p (l1^alpha_p + l2^alpha_p + "
-                                                "l3^alpha_p - 3).";
+    static constexpr std::string_view name = "ogden", class_name = "Ogden", shear_modulus_formula = "sum(mu alpha)/2",
+                                      summary =
+                                          "Ogden's law: W = sum mu_p/alpha_p (l1^alpha_p + l2^alpha_p + "
+                                          "l3^alpha_p - 3).";
     static constexpr auto parameters() {
         return std::tuple{Parameter<Ogden, Terms>{"mu", &Ogden::mu, Bound::finite, "Coefficients, one to four [Pa]."},
                           Parameter<Ogden, Terms>{"alpha", &Ogden::alpha, Bound::not_zero,
                                                   "Exponents, as many, not zero, within [-50, 50]."}};
     }
 
-    Terms mu;                 // [Pa]
+    Terms mu;  // [Pa]
     Terms alpha;
     double density = 1080.0;  // [kg/m^3]
     double max_strain = 0.0;
@@ -57,8 +57,8 @@ struct Ogden {
             sum.w += weight * (power + 2.0 * scale * value - 3.0);
             sum.w_a += weight * inverse * (q * power + scale * g);
             sum.w_t += weight * scale * root * first;
-            sum.w_aa += weight * inverse * inverse *
-                        (q * (q - 1.0) * power + scale * (0.5 * c * g_c - (0.5 * q + 1.0) * g));
+            sum.w_aa +=
+                weight * inverse * inverse * (q * (q - 1.0) * power + scale * (0.5 * c * g_c - (0.5 * q + 1.0) * g));
             sum.w_at += (0.5 * weight) * inverse * scale * root * g_c;
             sum.w_tt += (0.5 * weight) * a * scale * second;
         }

@@ -67,10 +67,10 @@ double drucker_margin(const L& law, Test test, double stretch) {
 /// Where a law is stable: `stable` over the whole range of all three tests, or first lost at `strain` of `test`.
 struct DruckerCheck {
     bool stable = true;
-    double max_strain = 0.0;         // range that was checked
-    double margin = 1.0;             // smallest margin met; NaN when the law has no value somewhere
-    Test test = Test::uniaxial;      // where stability is lost at the smallest strain
-    double strain = 0.0;             // that nominal strain; NaN when stable
+    double max_strain = 0.0;     // range that was checked
+    double margin = 1.0;         // smallest margin met; NaN when the law has no value somewhere
+    Test test = Test::uniaxial;  // where stability is lost at the smallest strain
+    double strain = 0.0;         // that nominal strain; NaN when stable
 };
 
 /// Looks at nominal strains 0..max_strain of the three tests. 400 points a test: a loss narrower than a 400th of the

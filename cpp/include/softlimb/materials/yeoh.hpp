@@ -8,11 +8,10 @@ struct Yeoh {
     static constexpr std::string_view name = "yeoh", class_name = "Yeoh", shear_modulus_formula = "2 c1",
                                       summary = "Yeoh's law: W = c1 (I1 - 3) + c2 (I1 - 3)^2 + c3 (I1 - 3)^3.";
     static constexpr auto parameters() {
-        return std::tuple{Parameter<Yeoh, double>{"c1", &Yeoh::c1, Bound::positive,
-                                                  "Half the initial shear modulus [Pa], positive."},
-                          Parameter<Yeoh, double>{"c2", &Yeoh::c2, Bound::finite, "Coefficient of (I1 - 3)^2 [Pa]."},
-                          Parameter<Yeoh, double>{"c3", &Yeoh::c3, Bound::finite, "Coefficient of (I1 - 3)^3 [Pa].",
-                                                  true}};
+        return std::tuple{
+            Parameter<Yeoh, double>{"c1", &Yeoh::c1, Bound::positive, "Half the initial shear modulus [Pa], positive."},
+            Parameter<Yeoh, double>{"c2", &Yeoh::c2, Bound::finite, "Coefficient of (I1 - 3)^2 [Pa]."},
+            Parameter<Yeoh, double>{"c3", &Yeoh::c3, Bound::finite, "Coefficient of (I1 - 3)^3 [Pa].", true}};
     }
 
     double c1 = 0.0, c2 = 0.0, c3 = 0.0;  // [Pa]

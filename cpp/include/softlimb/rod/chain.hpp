@@ -24,8 +24,8 @@ public:
 
     /// Eliminates the interior nodes and leaves force and stiffness of the rod's ends in `ends()`. `shift` is added to
     /// the diagonal of each interior node (a trust-region multiplier times its metric); `symmetric` symmetrises the
-    /// pivots first, which the descent's model wants. With `need_positive` the elimination stops at the first pivot that
-    /// is not positive definite.
+    /// pivots first, which the descent's model wants. With `need_positive` the elimination stops at the first pivot
+    /// that is not positive definite.
     Pivots condense(const Vector6& shift, bool symmetric, bool need_positive);
     const ElementStiffness& ends() const { return ends_; }
 
@@ -42,8 +42,8 @@ public:
 
 private:
     struct Elimination {
-        Matrix6 by_first, by_next;      // x_k = -(by_first x_0 + by_next x_(k+1) + right)
-        Matrix6 first_row, next_row;    // rows of the eliminated node in the first and the next node's balance
+        Matrix6 by_first, by_next;    // x_k = -(by_first x_0 + by_next x_(k+1) + right)
+        Matrix6 first_row, next_row;  // rows of the eliminated node in the first and the next node's balance
         Matrix6 inverse;
         Vector6 right;
     };

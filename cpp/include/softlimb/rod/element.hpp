@@ -85,7 +85,8 @@ Vector6 pose_gap(const Pose& a, const Pose& b);
 
 /// The geodesic element: strain constant along the SE(3) geodesic between the nodes, quadratic energy of the section's
 /// tangent stiffness, distributed load lumped on the nodes. An energy of the nodes alone, so that a descent can trust
-/// it. Returns the energy [J], potential of the lumped forces included; lumped moments have none and enter the forces only.
+/// it. Returns the energy [J], potential of the lumped forces included; lumped moments have none and enter the forces
+/// only.
 double geodesic_energy(const RodPiece& piece, const Pose& first, const Pose& second);
 double geodesic_element(const RodPiece& piece, const Pose& first, const Pose& second, ElementStiffness& out);
 /// Base wrench and strains of the geodesic between the nodes: the start of the exact element.

@@ -22,8 +22,12 @@ struct Compliances {
     const AxialLaw* axial_law;
 
     explicit Compliances(const Section& section)
-        : shear(1.0 / section.shear), bending(1.0 / section.bending), torsion(1.0 / section.torsion),
-          coupling(section.extension_twist), rest_twist(section.rest_twist), axial_law(&section.axial_law) {}
+        : shear(1.0 / section.shear),
+          bending(1.0 / section.bending),
+          torsion(1.0 / section.torsion),
+          coupling(section.extension_twist),
+          rest_twist(section.rest_twist),
+          axial_law(&section.axial_law) {}
 
     void axial(const S& force, S& strain, S& compliance) const { axial_strain(*axial_law, force, strain, compliance); }
 };
@@ -36,10 +40,12 @@ struct Compliances<Dual<1>> {
     AxialLaw axial_law_slope;  // centre and half_range of the law, coefficients of the derivative
 
     Compliances(const Section& section, const Section& derivative)
-        : shear(inverse(section.shear, derivative.shear)), bending(inverse(section.bending, derivative.bending)),
+        : shear(inverse(section.shear, derivative.shear)),
+          bending(inverse(section.bending, derivative.bending)),
           torsion(inverse(section.torsion, derivative.torsion)),
           coupling(section.extension_twist, {derivative.extension_twist}),
-          rest_twist(section.rest_twist, {derivative.rest_twist}), axial_law(&section.axial_law),
+          rest_twist(section.rest_twist, {derivative.rest_twist}),
+          axial_law(&section.axial_law),
           axial_law_slope(section.axial_law) {
         axial_law_slope.coefficient = derivative.axial_law.coefficient;
     }

@@ -17,12 +17,18 @@ enum class SolveStatus {
 
 constexpr std::string_view name_of(SolveStatus status) {
     switch (status) {
-        case SolveStatus::converged: return "converged";
-        case SolveStatus::max_iterations: return "max_iterations";
-        case SolveStatus::no_progress: return "no_progress";
-        case SolveStatus::singular_jacobian: return "singular_jacobian";
-        case SolveStatus::not_finite: return "not_finite";
-        case SolveStatus::limit_point: return "limit_point";
+        case SolveStatus::converged:
+            return "converged";
+        case SolveStatus::max_iterations:
+            return "max_iterations";
+        case SolveStatus::no_progress:
+            return "no_progress";
+        case SolveStatus::singular_jacobian:
+            return "singular_jacobian";
+        case SolveStatus::not_finite:
+            return "not_finite";
+        case SolveStatus::limit_point:
+            return "limit_point";
     }
     return "unknown";
 }
