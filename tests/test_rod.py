@@ -586,3 +586,12 @@ def test_a_tip_moment_winds_the_rod_up_into_circles(turns, slender):
     # A whole number of turns ends where it began; the tolerance asked for is 1e-6 of the length.
     np.testing.assert_allclose(tip.tip, np.eye(4), rtol=0.0, atol=1e-6)
     np.testing.assert_allclose(tip.curvature[:, 1], 2.0 * np.pi * turns, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("axial", "load"), [(1e6, 400.0), (1e4, 22.0), (900.0, 3.0)])
+def test_a_round_column_buckles_into_one_of_a_ring_of_equal_postures(axial, load):
+    # Nothing resists the turn of the buckled column about its axis: the stiffness has a zero eigenvalue.
+    rod = sl.Rod(sl.Section(axial=axial, shear=axial / 3, bending=1.0, torsion=0.8), 1.0)
+    found = rod.cantilever((0.0, 0.0, -load), tolerance=1e-9)
+    assert found.success and found.stable and found.verify().success
+    assert "one of many equal ones" in found.message

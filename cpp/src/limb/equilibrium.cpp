@@ -94,12 +94,13 @@ bool Equilibrium::linearise(const Shape& shape) {
             if (!exact_[i][e].linearise(part, rod.nodes[e], rod.nodes[e + 1], rod.wrenches[e], rod.integration,
                                         chains_[i].element(e)))
                 return false;
-        const rod::Chain::Pivots pivots = chains_[i].condense(Vector6::Zero(), false, false);
+        const rod::Chain::Pivots pivots = chains_[i].condense(shift_, false, false);
         if (!pivots.regular) return false;
         rod_modes_ += pivots.negative;
     }
     balance_.assemble(geometry_, scene_, shape.plates, chains_, false);
     balance_.apply_holds(scene_, shape.plates, false);
+    balance_.add_shift(shift_);
     return balance_.factor();
 }
 
@@ -230,6 +231,7 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings) {
     using solve::SolveStatus;
     NewtonReport report;
     resize(shape);
+    shift_.setZero();
     double previous = 1e300;
     int refinements = 0, stalls = 0;
     bool refined = false;
@@ -244,6 +246,20 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings) {
         if (!std::isfinite(size)) {
             report.status = SolveStatus::not_finite;
             return report;
+        }
+        // A step out of all proportion to what is left of the balance: some move costs nothing, as the turn of a buckled
+        // round column about its axis. A ten-millionth of the rods' stiffness on every freedom pins that move and leaves
+        // the others as they are; without it Newton wanders along the continuum of equal answers.
+        if (!report.neutral_mode && report.residual < 1e-8 && size > settings.tolerance &&
+            size > 1e5 * report.residual) {
+            report.neutral_mode = true;
+            shift_.setZero();
+            for (const RodAtPressure& rod : scene_.rods) {
+                const double stiffness = 1e-7 * rod.section.bending / rod.rest_length;
+                shift_.head<3>().array() += stiffness / (length_scale_ * length_scale_);
+                shift_.tail<3>().array() += stiffness;
+            }
+            continue;
         }
         apply(factor, shape);
         // Newton's error after a step is about its square. The pass below measures it, so this only avoids vain passes.
@@ -332,6 +348,7 @@ Eigen::MatrixXd Equilibrium::dense_stiffness() const {
 
 bool Equilibrium::linearise_at(const Shape& shape) {
     resize(shape);
+    shift_.setZero();
     return linearise(shape);
 }
 

@@ -146,6 +146,8 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
 
     const auto accept = [&](const Attempt& attempt, std::string message) {
         fill(scene, equilibrium, attempt, solution);
+        if (attempt.report.neutral_mode)
+            message += "; a move of the limb costs nothing here: the posture is one of many equal ones";
         solution.message = std::move(message);
         return solution;
     };

@@ -29,6 +29,7 @@ struct NewtonReport {
     int iterations = 0;
     double error_estimate = 0.0;  // last correction, by the finer integration: relative to the limb's length
     double residual = 0.0;        // largest imbalance of a plate and mismatch of a piece, relative; see Equilibrium
+    bool neutral_mode = false;    // a move that costs nothing: the answer is one of a continuum of equal ones
     int plate_modes = 0;          // negative eigenvalues of the condensed stiffness (symmetric part)
     int rod_modes = 0;            // negative pivots of the rods between held plates: conjugate points, exactly, because
                                   // the mesh keeps each piece far too short to buckle between its own nodes
@@ -89,6 +90,7 @@ private:
     std::vector<Vector6> plate_forces_;
     double length_scale_ = 1.0;
     int rod_modes_ = 0;
+    Vector6 shift_ = Vector6::Zero();  // on every free node and plate, against a neutral mode; else zero
 };
 
 /// Largest activity (bend plus growth, see choose_mesh) of a piece of the shape.
