@@ -1,6 +1,6 @@
 """Does every cold start of the reference limb succeed, truly and stably, and how long does it take?
 
-Scenes, seeded: pressures uniform 0..90 kPa each, gravity 9.81 m/s^2 in any direction, tip force 0..1 N in any direction;
+Scenes, seeded: pressures uniform 0..90 kPa each, gravity 9.81 m/s^2 in any direction, tip force 0..1 N in any;
 with --moment as well a dead tip moment of 0..0.02 N m, which has no potential. No start is given. Every success is
 verified by the independent re-integration. Prints counts, every scene that is not a verified stable success, and the
 distribution of iterations and times; exits 1 when a success is false.
