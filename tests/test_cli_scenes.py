@@ -233,3 +233,34 @@ def test_version_and_help_exit_with_zero(capsys) -> None:
 def test_the_command_does_not_load_matplotlib_without_a_picture() -> None:
     code = "import sys; from softlimb.cli import main; main(['--version']); sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True).returncode == 0
+
+
+def test_where_there_is_no_equilibrium_nothing_looks_like_an_answer(tmp_path: Path, capsys) -> None:
+    # Far beyond the ballooning of the proximal actuator at 1692 kPa.
+    overblown = ["complex-posture", "--pressures-kPa", "5000", *["0"] * 8]
+    files = {name: tmp_path / f"{name}.{'png' if name == 'output' else 'csv'}" for name in FILES}
+    assert main(["posture", *overblown, *(part for name in FILES for part in (f"--{name}", str(files[name])))]) == 1
+    said = capsys.readouterr().out
+    assert "status: limit_point after 0 iterations: not an equilibrium" in said
+    assert "5000 kPa" in said
+    assert not any(word in said for word in ("plate x", "ground on base", "smallest gap"))
+    for path in files.values():
+        assert f"not written, there is no equilibrium to show: {path}" in said
+        assert not path.exists()
+    line = tmp_path / "measured.csv"
+    line.write_text("x_mm,y_mm,z_mm\n0,0,0\n0,0,650\n", encoding="utf-8")
+    assert main(["compare", *overblown[:1], str(line), *overblown[1:], "--output", str(files["output"])]) == 1
+    said = capsys.readouterr().out
+    assert "tip error: - mm" in said
+    assert "status: limit_point" in said
+
+
+FILES = ("table", "centreline", "output")
+
+
+def test_a_mistake_that_shows_when_solving_names_the_file(tmp_path: Path, capsys) -> None:
+    path = tmp_path / "silent.toml"
+    path.write_text('[limb]\npreset = "reference-limb"\n', encoding="utf-8")
+    for command in ("posture", "sweep"):
+        assert main([command, str(path)]) == 2
+        assert "silent.toml: the scene has no " in capsys.readouterr().err

@@ -147,3 +147,9 @@ def test_pictures_leave_no_global_state(posture) -> None:
     plot.limb(posture)
     assert dict(matplotlib.rcParams) == before
     assert "matplotlib.pyplot" not in sys.modules or not sys.modules["matplotlib.pyplot"].get_fignums()
+
+
+def test_a_picture_of_no_equilibrium_says_so() -> None:
+    failed = reference_limb().solve(np.array([5000.0, *[0.0] * 8]) * kPa)
+    assert plot.limb(failed).get_suptitle() == "not an equilibrium: limit_point"
+    assert plot.limb(failed, figure_axes()).get_title() == "not an equilibrium: limit_point"

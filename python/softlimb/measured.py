@@ -122,7 +122,8 @@ class PositionComparison:
     ----------
     measured : Centreline or Tips
     predicted : array of float, shape (n, 3)
-        For a centreline the nearest point of the predicted one; for tips the predicted tips [m].
+        For a centreline the nearest point of the predicted one; for tips the predicted tips [m]. NaN where the solve
+        failed.
     errors : array of float, shape (n,)
         Distances [m]; NaN where the solve failed.
     tip_error : float
@@ -307,8 +308,10 @@ def compare_centreline(
         What the per cent are of [m]; default `limb.length`.
     """
     # A thousandth of the limb's length a step: the chord misses an arc of half that length's radius by 3e-7 of it.
-    nearest = nearest_on_polyline(measured.points, posture.centreline(1001))
-    tip = np.asarray(posture.tip)[:3, 3]
+    nearest, tip = np.full(measured.points.shape, np.nan), np.full(3, np.nan)
+    if posture.success:  # the best point of a failed solve is no prediction
+        nearest = nearest_on_polyline(measured.points, posture.centreline(1001))
+        tip = np.asarray(posture.tip)[:3, 3]
     return PositionComparison(
         measured=measured,
         predicted=nearest,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from softlimb.cli.scene_arguments import add_outputs, add_scene, heading, loads_line, save_picture, scene_of
+from softlimb.cli.scene_arguments import add_outputs, add_scene, heading, loads_line, naming, save_picture, scene_of
 from softlimb.cli.tables import aligned, number, vector
 from softlimb.units import deg, kPa, mm
 
@@ -39,10 +39,20 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(arguments: argparse.Namespace) -> int:
     """Solve, print, write."""
     scene = scene_of(arguments)
-    posture = scene.solve()
+    with naming(arguments.scene):
+        posture = scene.solve()
     print(heading(arguments.scene, scene))
     print(loads_line(scene))
     print()
+    if not posture.success:
+        # The best point is no posture of the limb: shown in any form it would be taken for one.
+        print(f"status: {posture.status} after {posture.iterations} iterations: not an equilibrium")
+        print(f"message: {posture.message}")
+        for kind in ("table", "centreline", "output"):
+            path = getattr(arguments, kind)
+            if path is not None:
+                print(f"not written, there is no equilibrium to show: {path}")
+        return 1
     print(plate_table(posture, scene.counts))
     print()
     print(outcome(posture))
@@ -56,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
         from softlimb import plot
 
         save_picture(plot.limb(posture), arguments.output)
-    return 0 if posture.success else 1
+    return 0
 
 
 def plate_table(posture: Posture, counts: tuple[int, ...]) -> str:
@@ -101,13 +111,10 @@ def _per_segment(pressures: Array, counts: tuple[int, ...]) -> list[Array]:
 
 
 def outcome(posture: Posture) -> str:
-    """Status, stability, clearance, base wrench and reference length in words."""
-    # Without equilibrium there is nothing to be stable.
+    """Status, stability, clearance, base wrench and reference length of an equilibrium in words."""
     stable = "stable" if posture.stable else "UNSTABLE"
     error = f"estimated error {posture.error_estimate:.0e} of the limb's length"
-    lines = [f"status: {posture.status} after {posture.iterations} iterations"]
-    if posture.success:
-        lines[0] += f", {error}; {stable}"
+    lines = [f"status: {posture.status} after {posture.iterations} iterations, {error}; {stable}"]
     if posture.message != posture.status:
         lines.append(f"message: {posture.message}")
     if posture.clearance is not None and not posture.touching:  # the message says when they touch

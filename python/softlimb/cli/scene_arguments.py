@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -55,6 +57,15 @@ def scene_of(arguments: argparse.Namespace) -> Scene:
     if not np.all(np.isfinite(pressures)):
         raise ValueError("--pressures-kPa must be finite")
     return scene.replaced(pressures=pressures, rest_lengths=None)
+
+
+@contextmanager
+def naming(scene: str) -> Iterator[None]:
+    """Put the scene's name before what is wrong with it, unless the message has it."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(error if scene in str(error) else f"{scene}: {error}") from None
 
 
 def heading(name: str, scene: Scene) -> str:

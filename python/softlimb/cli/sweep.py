@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softlimb.cli.scene_arguments import add_outputs, add_scene, heading, loads_line, save_picture, scene_of
+from softlimb.cli.scene_arguments import add_outputs, add_scene, heading, loads_line, naming, save_picture, scene_of
 from softlimb.cli.tables import aligned, number
 from softlimb.units import deg, kPa, mm
 
@@ -34,7 +34,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(arguments: argparse.Namespace) -> int:
     """Solve, print, write."""
     scene = scene_of(arguments)
-    rows = scene.sweep_pressures()
+    with naming(arguments.scene):
+        rows = scene.sweep_pressures()
     if arguments.netcdf is not None:
         _need("xarray", "netCDF4")
     print(heading(arguments.scene, scene))

@@ -87,7 +87,8 @@ def positions(result: PositionComparison) -> Figure:
     line = result.predicted
     hangs = bool(np.nanmean(points[:, 2]) > 0.0)
     if result.posture is not None:
-        line = result.posture.centreline(100)
+        if result.posture.success:
+            line = result.posture.centreline(100)
         hangs = bool(result.posture.loads["gravity"][2] > 0.0)
     joined = isinstance(measured, Centreline)
     everything = np.concatenate([points, line[np.isfinite(line).all(axis=1)]]) / mm
@@ -107,7 +108,10 @@ def positions(result: PositionComparison) -> Figure:
     views[1].set_ylabel("")
     what = "tip error" if joined else "mean tip error"
     error, share, length = result.tip_error / mm, result.tip_error_percent, result.reference_length / mm
-    figure.suptitle(f"{what} {error:.2f} mm = {share:.2f} % of {length:.1f} mm", fontsize=style.FONT_SIZE)
+    title = f"{what} {error:.2f} mm = {share:.2f} % of {length:.1f} mm"
+    if result.posture is not None and not result.posture.success:
+        title = f"no prediction, not an equilibrium: {result.posture.status}"
+    figure.suptitle(title, fontsize=style.FONT_SIZE)
     figure.legend(
         *views[0].get_legend_handles_labels(),
         loc="outside lower center",

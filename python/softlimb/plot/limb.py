@@ -48,11 +48,13 @@ def limb(posture: Posture, ax: Axes | None = None, *, loads: bool = True) -> Fig
     Notes
     -----
     Lengths in mm, equal on all axes. A limb that gravity pulls along +z is drawn hanging: the picture is turned half a
-    turn, not mirrored. Colours show pressure. Tubes have their unpressurised outer radius; where it is not known a rod
-    is drawn 1 % of the limb's length thick.
+    turn, not mirrored. A posture whose solve did not succeed says so in red above the picture. Colours show pressure.
+    Tubes have their unpressurised outer radius; where it is not known a rod is drawn 1 % of the limb's length thick.
     """
     if ax is not None:
         _draw_space(posture, ax, loads)
+        if not posture.success:
+            ax.set_title(_warning(posture), color=style.LOAD_COLOUR, fontsize=style.FONT_SIZE + 2.0)
         return ax
     figure = style.new_figure(_WIDTH, _HEIGHT, constrained=False)
     # The numbers of z stand on the left of a hanging limb and on the right of a standing one.
@@ -65,9 +67,15 @@ def limb(posture: Posture, ax: Axes | None = None, *, loads: bool = True) -> Fig
     if places[0][1] == places[1][1]:  # beside each other they share the scale of z
         side.set_ylabel("")
         side.tick_params(labelleft=False)
+    if not posture.success:
+        figure.suptitle(_warning(posture), color=style.LOAD_COLOUR, fontsize=style.FONT_SIZE + 2.0)
     if posture.pressures is not None:
         _colour_bar(posture, figure, figure.add_axes((0.915, 0.25, 0.012, 0.5)))
     return figure
+
+
+def _warning(posture: Posture) -> str:
+    return f"not an equilibrium: {posture.status}"
 
 
 def _side_places(limits: Array) -> tuple[tuple[float, float, float, float], tuple[float, float, float, float]]:
