@@ -405,6 +405,17 @@ def test_the_papers_reduced_equation_is_off_by_a_large_factor_at_small_angles() 
     assert (reduced.stretch - 1) / (full.stretch - 1) > 1.5
 
 
+def test_the_papers_reduced_equation_is_solved_at_pressures_down_to_zero() -> None:
+    tube = proximal()
+    slope = (tube.inflate(1.0, model="paper_reduced").stretch - 1.0) / 1.0
+    for pressure in (0.0, 5e-324, 1e-12, -1e-12, 1e-9, 1e-3):
+        reduced = tube.inflate(pressure, model="paper_reduced")
+        assert reduced.success and reduced.stable, (pressure, reduced.message)
+        # The curve bends by a part in 1e5 up to 1 Pa, and the stretch near one is known to 2.2e-16.
+        assert_allclose(reduced.stretch - 1.0, slope * pressure, rtol=1e-4, atol=2.3e-16)
+    assert tube.inflate(0.0, model="paper_reduced").stretch == 1.0
+
+
 def test_fibre_stretch_is_that_of_the_deformation() -> None:
     tube = proximal()
     state = tube.inflate(55 * kPa)

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -318,9 +319,13 @@ TubeState Tube::paper_reduced(double pressure) const {
                 layer.law);
             for (const WallFamily& family : layer.families) {
                 const double c2 = family.cosine * family.cosine, s2 = family.sine * family.sine;
-                const Dual<1> squared = c2 + l * l * s2;
-                if (wall_.tension_only() && squared < Dual<1>(1.0)) continue;
-                difference += (family.mirrored ? 2.0 : 1.0) * family.stiffness * c2 * (1.0 - 1.0 / sqrt(squared));
+                // Stretch squared less one. Stiff fibres times the rounding of 1 - 1/stretch would hide pressures below
+                // 1e-9 Pa from Newton's method; written so, nothing cancels near rest.
+                const Dual<1> squared_less_one = (l - 1.0) * (l + 1.0) * s2;
+                if (wall_.tension_only() && squared_less_one < Dual<1>(0.0)) continue;
+                const Dual<1> stretch = sqrt(1.0 + squared_less_one);
+                difference += (family.mirrored ? 2.0 : 1.0) * family.stiffness * c2 * squared_less_one /
+                              (stretch * (1.0 + stretch));
             }
             sum += 0.5 * (layer.x_out - layer.x_in) * difference;  // x = 2 ln R
         }
@@ -330,7 +335,7 @@ TubeState Tube::paper_reduced(double pressure) const {
     state.model = TubeModel::paper_reduced;
     state.inner_radius = inner_radius();
     state.pressure = pressure;
-    double l = 1.0;
+    double l = 1.0, last_step = std::numeric_limits<double>::infinity();
     // The stretch is bounded by a factor of two a step; more than 2^40 is no answer.
     for (state.iterations = 1; state.iterations <= 200; ++state.iterations) {
         const Dual<1> p = balance(Dual<1>::variable(l, 0));
@@ -345,10 +350,13 @@ TubeState Tube::paper_reduced(double pressure) const {
         }
         step = std::clamp(step, -0.25 * l, 0.25 * l);
         l += step;
-        if (std::abs(step) < 1e-14 * l) {
+        // Newton's method squares a small step: one that no longer shrinks is the rounding of the laws.
+        const double size = std::abs(step);
+        if (size < 1e-14 * l || (size < 1e-10 * l && size >= 0.5 * last_step)) {
             state.status = SolveStatus::converged;
             break;
         }
+        last_step = size;
     }
     state.stretch = l;
     state.shape = {l, l, 0.0};
