@@ -264,3 +264,123 @@ def test_a_mistake_that_shows_when_solving_names_the_file(tmp_path: Path, capsys
     for command in ("posture", "sweep"):
         assert main([command, str(path)]) == 2
         assert "silent.toml: the scene has no " in capsys.readouterr().err
+
+
+def scene_file(folder: Path, text: str) -> str:
+    path = folder / "scene.toml"
+    path.write_text('[limb]\npreset = "reference-limb"\nsegments = ["proximal"]\n' + text, encoding="utf-8")
+    return str(path)
+
+
+HUGE = """
+[[scene.sweep]]
+actuators = [[1, 1]]
+from_kPa = 0
+to_kPa = 1
+points = 1000000
+[[scene.sweep]]
+actuators = [[1, 2]]
+from_kPa = 0
+to_kPa = 1
+points = 100000
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[scene]\npressures_kPa = " + "[" * 3000 + "1" + "]" * 3000, "nested too deeply"),
+        ("[scene]\npressures_kPa = " + "[" * 30 + "1" + "]" * 30, "nested too deeply"),
+        (HUGE, "1000000 x 100000 = 100000000000 rows: at most 1000000"),
+        ("[scene]\npressures_kPa = [1" + "0" * 400 + ", 1, 1]", "`pressures_kPa`"),
+    ],
+)
+def test_a_file_too_deep_or_too_large_is_one_line(tmp_path: Path, text: str, message: str, capsys) -> None:
+    for command in ("posture", "sweep"):
+        assert main([command, scene_file(tmp_path, text)]) == 2
+        said = capsys.readouterr().err
+        assert said.startswith("softlimb: error: ")
+        assert said.count("\n") == 1
+        assert message in said
+
+
+@pytest.mark.parametrize("error", [RecursionError("deep"), MemoryError(), OverflowError("int too large")])
+def test_what_runs_out_ends_in_one_line(error: Exception, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    from softlimb.cli import posture
+
+    def run(_: object) -> int:
+        raise error
+
+    monkeypatch.setattr(posture, "run", run)
+    assert main(["posture", "complex-posture"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("softlimb: error: ")
+    assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", ["posture", "sweep", "compare", "fit"])
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        (".", "is a folder"),
+        ("", "empty"),
+        ("a.txt", "must end in one of .png"),
+        ("nowhere/a.png", "there is no folder"),
+    ],
+)
+def test_a_picture_that_cannot_be_written_is_refused_before_the_work(command, name, message, capsys) -> None:
+    given = {"compare": ["complex-posture", "x.csv"], "fit": ["x.csv"]}.get(command, ["complex-posture"])
+    assert main([command, *given, "--output", name]) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert captured.out == ""
+
+
+def test_long_sweeps_are_shortened_on_the_terminal_and_whole_in_the_file(tmp_path: Path, capsys) -> None:
+    text = "[[scene.sweep]]\nactuators = [[1, 1]]\nfrom_kPa = 0\nto_kPa = 9.9\npoints = 100\n"
+    table = tmp_path / "a.csv"
+    assert main(["sweep", scene_file(tmp_path, text), "--no-progress", "--table", str(table)]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert len(said) < 50
+    rows = [line.split()[0] for line in said if " converged" in line or "..." in line]
+    assert rows == [*map(str, range(1, 21)), "...", *map(str, range(96, 101))]
+    assert "75 rows are not shown (--table writes all)" in said
+    assert len(columns_of(table)["status"]) == 100
+
+
+def test_an_interrupted_sweep_says_so_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    from softlimb.limb import Limb
+
+    solve, calls = Limb.solve, []
+
+    def interrupted(*arguments, **options):
+        calls.append(None)
+        if len(calls) > 3:
+            raise KeyboardInterrupt
+        return solve(*arguments, **options)
+
+    monkeypatch.setattr(Limb, "solve", interrupted)
+    text = "[[scene.sweep]]\nactuators = [[1, 1]]\nfrom_kPa = 0\nto_kPa = 10\npoints = 1000\n"
+    assert main(["sweep", scene_file(tmp_path, text), "--no-progress"]) == 130
+    said = capsys.readouterr().out
+    assert "interrupted: 997 of 1000 rows were not run" in said
+    assert said.count("\n") < 50
+
+
+def test_a_reader_that_leaves_early_gets_no_complaint(tmp_path: Path) -> None:
+    import os
+
+    read, write = os.pipe()
+    os.close(read)
+    code = "import sys; from softlimb.cli import main; sys.exit(main(['posture', 'complex-posture']))"
+    try:
+        done = subprocess.run([sys.executable, "-c", code], stdout=write, stderr=subprocess.PIPE, check=False)
+    finally:
+        os.close(write)
+    assert done.stderr == b""
+    assert done.returncode == 141  # as a shell reports SIGPIPE
+
+
+def test_a_negative_pressure_may_have_an_exponent(capsys) -> None:
+    assert main(["posture", "elongation-proximal", "--pressures-kPa", "-1e-3", "0", "-1.5e-3"]) == 0
+    assert "0.0 0.0 0.0" in capsys.readouterr().out

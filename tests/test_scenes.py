@@ -252,7 +252,7 @@ def test_pressures_may_be_flat_or_one_list_a_segment_in_any_unit() -> None:
     assert np.array_equal(flat.pressures, rows.pressures)
 
 
-def test_the_last_range_of_a_sweep_runs_fastest_and_later_ranges_overrule() -> None:
+def test_the_last_range_of_a_sweep_runs_fastest_and_pressures_overrule_factors() -> None:
     scene = Scene.from_dict(
         {
             "limb": {"preset": "reference-limb", "segments": ["middle"]},
@@ -359,3 +359,12 @@ def test_the_papers_four_experiments_are_there() -> None:
     assert set(scenes.available_scenes()) >= {"bend-1", "bend-2", "complex-posture", "elongation-proximal"}
     expected = np.array([90, 60, 30, 60, 40, 20, 50, 50, 50]) * kPa
     assert np.array_equal(scenes.load_scene("complex-posture").pressures, expected)
+
+
+def test_two_ranges_of_one_actuator_are_refused_by_its_name() -> None:
+    limb = {"preset": "reference-limb"}
+    one, two = {"actuators": [[1, 2], [2, 1]], "values_kPa": [1, 2]}, {"segment": 1, "values_kPa": [3]}
+    with pytest.raises(ValueError, match=r"actuator \[1, 2\] is in ranges 1 and 2 of the sweep"):
+        Scene.from_dict({"limb": limb, "scene": {"sweep": [one, two]}})
+    with pytest.raises(ValueError, match=r"actuator \[2, 1\] is twice in range 1"):
+        Scene(limb=reference_limb(), sweep_axes=(Axis((1.0,), ((2, 1), (2, 1))),))

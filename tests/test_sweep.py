@@ -110,3 +110,9 @@ def test_rotation_vectors_come_back_from_their_matrix(direction: tuple[float, fl
     # rounding of the matrix, 1e-16, over the sine of the smallest angle at which it decides, 0.14
     assert_allclose(sign * found, angle * axis, rtol=0, atol=1e-14 / 0.1)
     assert_allclose(bending_angle(pose), np.arctan2(np.hypot(*pose[:2, 2]), pose[2, 2]), rtol=0, atol=0)
+
+
+@pytest.mark.parametrize("pressures", [[[1.0 + 2.0j]], [["1000"]], [[True]], [[1.0], [1.0, 2.0]], [[None]]])
+def test_pressures_that_are_no_real_numbers_are_refused_by_name(pressures) -> None:
+    with pytest.raises(ValueError, match="pressures must be"):
+        sweep(Pillar(), pressures, progress=False)

@@ -201,9 +201,9 @@ def sweep(limb: Limb, pressures: ArrayLike, *, progress: bool = True, **scene: A
     Raises
     ------
     ValueError
-        Pressures of a wrong shape or not finite, or loads that `Limb.solve` refuses.
+        Pressures of a wrong shape, not finite or not real numbers, or loads that `Limb.solve` refuses.
     """
-    rows = np.array(pressures, dtype=float)
+    rows = _real_rows(pressures)
     actuators = len(_actuator_names(limb))
     counts = {len(segment.actuators) for segment in limb.segments}
     if rows.ndim == 3 and len(counts) == 1 and rows.shape[1:] == (len(limb.segments), *counts):
@@ -244,6 +244,17 @@ def sweep(limb: Limb, pressures: ArrayLike, *, progress: bool = True, **scene: A
     if refused is not None and all(status == INVALID for status in batch.status):
         raise refused
     return batch
+
+
+def _real_rows(pressures: ArrayLike) -> NDArray[np.float64]:
+    """A copy as floats of what are real numbers: no truth values, texts or complex numbers, as in `Limb.solve`."""
+    try:
+        given = np.asarray(pressures)
+        if given.dtype.kind not in "iufO":
+            raise TypeError(f"they are of type {given.dtype}")
+        return np.array(given, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"pressures must be real numbers of shape (N, actuators): {error}") from None
 
 
 def _solve_row(batch: Batch, row: int) -> None:

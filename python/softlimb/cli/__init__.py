@@ -8,13 +8,18 @@ succeed says its status and ends with exit code 1.
 from __future__ import annotations
 
 import argparse
+import os
+import re
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from softlimb.cli import compare, fit, posture, sweep
 
 SUBCOMMANDS = (posture, sweep, compare, fit)
+
+
+_BROKEN_PIPE = 141  # what a shell reports of a command that SIGPIPE ended
 
 
 class _UsageError(Exception):
@@ -22,6 +27,11 @@ class _UsageError(Exception):
 
 
 class _Parser(argparse.ArgumentParser):
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        # argparse knows -1 and -1.5 as numbers, but takes -1e5 for an option.
+        self._negative_number_matcher = re.compile(r"^-(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?$|^-(?:inf|nan)$")
+
     def error(self, message: str) -> NoReturn:
         raise _UsageError(f"{message} (see `{self.prog} --help`)")
 
@@ -47,7 +57,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0 on success, 1 when a calculation did not succeed, 2 for a mistake in what was given, 130 after Ctrl-C.
+        0 on success, 1 when a calculation did not succeed, 2 for a mistake in what was given, 130 after Ctrl-C, 141
+        when the reader of the output closed it.
     """
     parser = _Parser(
         prog="softlimb", description="Statics of soft limbs built of fibre-reinforced pneumatic actuators."
@@ -59,10 +70,22 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         arguments = parser.parse_args(argv)
         run = next(s.run for s in SUBCOMMANDS if s.__name__.rpartition(".")[2] == arguments.command)
-        return int(run(arguments))
+        code = int(run(arguments))
+        sys.stdout.flush()  # here and not at the end of the process: who reads may be gone
+        return code
     except SystemExit as end:  # --help and --version
         return int(end.code or 0)
-    except (_UsageError, ValueError, OSError, ModuleNotFoundError) as error:
+    except BrokenPipeError:
+        # What reads our output has seen enough (`| head`). The interpreter flushes once more when it ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _BROKEN_PIPE
+    except RecursionError:
+        print("softlimb: error: what was given is nested too deeply", file=sys.stderr)
+        return 2
+    except MemoryError as error:
+        print(f"softlimb: error: not enough memory: {' '.join(str(error).split()) or 'too large'}", file=sys.stderr)
+        return 2
+    except (_UsageError, ValueError, OSError, ModuleNotFoundError, OverflowError) as error:
         print(f"softlimb: error: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from softlimb.cli.scene_arguments import picture
 from softlimb.materials import FIT_LAWS, Fit, fit_csv
 from softlimb.units import MPa, kPa
 
@@ -24,7 +25,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--max-strain", type=float, metavar="STRAIN", help="end of the fit range, 0.5 is 50 %% (default: all points)"
     )
     parser.add_argument(
-        "--output", type=Path, metavar="PICTURE", help="write a picture of data and law (png, pdf, svg)"
+        "--output", type=picture, metavar="PICTURE", help="write a picture of data and law (png, pdf, svg)"
     )
 
 

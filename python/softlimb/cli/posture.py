@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from softlimb.cli.scene_arguments import add_outputs, add_scene, heading, loads_line, naming, save_picture, scene_of
+from softlimb.cli.scene_arguments import (
+    add_outputs,
+    add_scene,
+    heading,
+    loads_line,
+    naming,
+    new_file,
+    save_picture,
+    scene_of,
+)
 from softlimb.cli.tables import aligned, number, vector
 from softlimb.units import deg, kPa, mm
 
@@ -32,7 +41,10 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     add_scene(parser)
     add_outputs(parser, "write the plates' table")
     parser.add_argument(
-        "--centreline", type=Path, metavar="CSV", help="write points along the limb (x_mm, y_mm, z_mm) from base to tip"
+        "--centreline",
+        type=new_file,
+        metavar="CSV",
+        help="write points along the limb (x_mm, y_mm, z_mm) from base to tip",
     )
 
 

@@ -15,6 +15,8 @@ from softlimb.units import kPa
 if TYPE_CHECKING:
     from softlimb.scenes import Scene
 
+_PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".tif", ".tiff", ".eps")
+
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
     """The scene, by file or by name, and what overrules it."""
@@ -36,8 +38,34 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
 
 def add_outputs(parser: argparse.ArgumentParser, table: str) -> None:
     """Where picture and table go."""
-    parser.add_argument("--output", type=Path, metavar="PNG", help="write a picture (PNG, PDF or SVG)")
-    parser.add_argument("--table", type=Path, metavar="CSV", help=table)
+    parser.add_argument("--output", type=picture, metavar="PNG", help="write a picture (PNG, PDF or SVG)")
+    parser.add_argument("--table", type=new_file, metavar="CSV", help=table)
+
+
+def new_file(name: str) -> Path:
+    """Where a file can be written, checked before the work and not after it.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        No name, the name of a folder, or its folder is missing.
+    """
+    path = Path(name)
+    if not name.strip():
+        raise argparse.ArgumentTypeError("expected the name of a file, got an empty one")
+    if path.is_dir():
+        raise argparse.ArgumentTypeError(f"expected the name of a file, {name!r} is a folder")
+    if not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(f"cannot write {name}: there is no folder {path.parent}")
+    return path
+
+
+def picture(name: str) -> Path:
+    """A `new_file` whose ending says a format of pictures."""
+    path = new_file(name)
+    if path.suffix.lower() not in _PICTURES:
+        raise argparse.ArgumentTypeError(f"{name!r} must end in one of {', '.join(_PICTURES)}")
+    return path
 
 
 def scene_of(arguments: argparse.Namespace) -> Scene:

@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from softlimb.cli.scene_arguments import add_outputs, add_scene, heading, loads_line, naming, save_picture, scene_of
+from softlimb.cli.scene_arguments import (
+    add_outputs,
+    add_scene,
+    heading,
+    loads_line,
+    naming,
+    new_file,
+    save_picture,
+    scene_of,
+)
 from softlimb.cli.tables import aligned, number
 from softlimb.units import deg, kPa, mm
 
 if TYPE_CHECKING:
     from softlimb.sweep import Batch
 
-_PRINTED_ROWS = 30  # what fits on a screen; the files have all
+_FIRST_ROWS, _LAST_ROWS = 20, 5  # what fits on a screen; the files have all
+_PRINTED_FAILURES = 10
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -27,7 +36,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     add_scene(parser)
     add_outputs(parser, "write all rows")
-    parser.add_argument("--netcdf", type=Path, metavar="NC", help="write a netCDF file (needs softlimb[sweep])")
+    parser.add_argument("--netcdf", type=new_file, metavar="NC", help="write a netCDF file (needs softlimb[sweep])")
     parser.add_argument("--no-progress", action="store_true", help="no progress bar")
 
 
@@ -54,8 +63,8 @@ def run(arguments: argparse.Namespace) -> int:
         print(
             f"{len(remarks)} rows carry remarks (the table has all); row {remarks[0] + 1}: {batch.message[remarks[0]]}"
         )
-    for row, message in batch.failures.items():
-        print(f"row {row + 1}: {batch.status[row]}: {message}")
+    for line in _failures(batch):
+        print(line)
     if arguments.table is not None:
         batch.to_csv(arguments.table)
         print(f"table: {arguments.table}")
@@ -73,8 +82,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _table(batch: Batch, rows: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
     headings = ["row", "pressures [kPa]", "tip x [mm]", "y [mm]", "z [mm]", "bending [deg]", "status"]
+    hidden = range(_FIRST_ROWS, len(batch) - _LAST_ROWS)
     cells = []
-    for row in range(min(len(batch), _PRINTED_ROWS)):
+    for row in (*range(min(len(batch), _FIRST_ROWS)), *range(max(_FIRST_ROWS, hidden.stop), len(batch))):
+        if hidden and row == hidden.stop:
+            cells.append(["..."] * len(headings))
         tip = batch.tip[row, :3, 3] / mm
         cells.append(
             [
@@ -88,8 +100,21 @@ def _table(batch: Batch, rows: np.ndarray[tuple[int, ...], np.dtype[np.float64]]
             ]
         )
     table = aligned(headings, cells)
-    left = len(batch) - len(cells)
-    return table if left == 0 else f"{table}\n... and {left} more rows (--table writes all)"
+    return f"{table}\n{len(hidden)} rows are not shown (--table writes all)" if hidden else table
+
+
+def _failures(batch: Batch) -> list[str]:
+    """Why rows failed: the first few one by one, what an interruption left out in one line."""
+    from softlimb.sweep import NOT_RUN
+
+    failures = {row: message for row, message in batch.failures.items() if batch.status[row] != NOT_RUN}
+    lines = [
+        f"row {row + 1}: {batch.status[row]}: {message}" for row, message in list(failures.items())[:_PRINTED_FAILURES]
+    ]
+    if len(failures) > len(lines):
+        lines.append(f"... and {len(failures) - len(lines)} more rows failed (--table writes all)")
+    left_out = batch.status.count(NOT_RUN)
+    return [*lines, f"interrupted: {left_out} of {len(batch)} rows were not run"] if left_out else lines
 
 
 def _need(*modules: str) -> None:

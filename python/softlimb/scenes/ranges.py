@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +12,9 @@ from numpy.typing import NDArray
 
 from softlimb.quantities import PRESSURE, named_quantity
 from softlimb.scenes.table import Table
+
+MOST_ROWS = 1_000_000
+"""Most postures of one sweep: their table takes a gigabyte."""
 
 
 @dataclass(frozen=True)
@@ -83,8 +87,8 @@ def axis_from_dict(content: Mapping[str, Any], where: str, counts: Sequence[int]
 def _points(table: Table) -> int:
     points = table.integer("points")
     # One point would leave `to` out without a word.
-    if not 2 <= points <= 1_000_000:
-        raise table.error(f"`points` must be within [2, 1000000], got {points},")
+    if not 2 <= points <= MOST_ROWS:
+        raise table.error(f"`points` must be within [2, {MOST_ROWS}], got {points},")
     return points
 
 
@@ -122,6 +126,38 @@ def axis_to_dict(axis: Axis) -> dict[str, Any]:
     return {"actuators": [list(pair) for pair in axis.actuators], key: values}
 
 
+def require_distinct(axes: Sequence[Axis]) -> None:
+    """Refuse axes that claim an actuator twice: the later would silently undo the earlier.
+
+    Raises
+    ------
+    ValueError
+        The message names the actuator.
+    """
+    claimed: dict[tuple[int, int], int] = {}
+    for number, axis in enumerate(axes, start=1):
+        for segment, actuator in axis.actuators:
+            if (segment, actuator) in claimed:
+                other = claimed[segment, actuator]
+                where = f"twice in range {number}" if other == number else f"in ranges {other} and {number}"
+                raise ValueError(f"actuator [{segment}, {actuator}] is {where} of the sweep: it can follow only one")
+            claimed[segment, actuator] = number
+
+
+def require_few(axes: Sequence[Axis]) -> None:
+    """Refuse a sweep whose table would not fit into memory.
+
+    Raises
+    ------
+    ValueError
+        The message has the number of rows.
+    """
+    lengths = [len(axis.values) for axis in axes]
+    if math.prod(lengths) > MOST_ROWS:
+        product = " x ".join(map(str, lengths))
+        raise ValueError(f"the ranges of the sweep make {product} = {math.prod(lengths)} rows: at most {MOST_ROWS}")
+
+
 def grid(pressures: NDArray[np.float64], axes: Sequence[Axis], counts: Sequence[int]) -> NDArray[np.float64]:
     """All combinations of the axes' values, the last axis running fastest.
 
@@ -130,7 +166,7 @@ def grid(pressures: NDArray[np.float64], axes: Sequence[Axis], counts: Sequence[
     pressures : array of float, shape (A,)
         The scene's own pressures, which hold wherever no axis says otherwise [Pa].
     axes : sequence of Axis
-        Later axes overrule earlier ones.
+        Pressures overrule what factors before them made.
     counts : sequence of int
         Number of actuators of each segment.
 
@@ -138,7 +174,14 @@ def grid(pressures: NDArray[np.float64], axes: Sequence[Axis], counts: Sequence[
     -------
     array of float, shape (N, A)
         Gauge pressures [Pa], flat order.
+
+    Raises
+    ------
+    ValueError
+        An actuator is in two axes, or the combinations are more than `MOST_ROWS`.
     """
+    require_distinct(axes)
+    require_few(axes)
     first = np.concatenate([[0], np.cumsum(counts)])
     rows = pressures[np.newaxis].copy()
     for axis in axes:

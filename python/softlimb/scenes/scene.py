@@ -34,7 +34,7 @@ As a TOML file; everything but the limb may be left out, and any unit of the rig
     rotation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
     freedoms = ["x", "y", "z", "rotation_x", "rotation_y", "rotation_z"]
 
-    [[scene.sweep]]                 # one axis of a grid; further ones overrule, the last runs fastest
+    [[scene.sweep]]                 # one axis of a grid, no actuator in two; the last runs fastest
     actuators = [[1, 1], [1, 2]]    # or segment = 1
     from_kPa = 0                    # or values_kPa = [...]
     to_kPa = 60
@@ -69,7 +69,7 @@ from softlimb.quantities import (
     named_quantity,
 )
 from softlimb.scenes.limb_file import limb_from_dict, limb_to_dict, pose_from_dict, pose_to_dict, read_limb
-from softlimb.scenes.ranges import Axis, axis_from_dict, axis_to_dict, grid
+from softlimb.scenes.ranges import Axis, axis_from_dict, axis_to_dict, grid, require_distinct, require_few
 from softlimb.scenes.table import Table, read_document, write_document
 
 if TYPE_CHECKING:
@@ -154,6 +154,14 @@ class Scene:
     sweep_axes: tuple[Axis, ...] = ()
     title: str = ""
     description: str = ""
+
+    def __post_init__(self) -> None:
+        from softlimb.limb import Limb
+
+        if not isinstance(self.limb, Limb):
+            raise ValueError(f"limb must be a Limb, got {self.limb!r}")
+        require_distinct(self.sweep_axes)
+        require_few(self.sweep_axes)
 
     @property
     def counts(self) -> tuple[int, ...]:

@@ -23,6 +23,9 @@ _TYPE_NAMES = {
 }
 
 
+_DEEPEST = 8  # lists in lists; what a file can hold needs three
+
+
 def _described(value: object) -> str:
     kind = next((name for kind, name in _TYPE_NAMES.items() if type(value) is kind), f"a {type(value).__name__}")
     return kind if isinstance(value, (dict, list)) else f"{kind}, {value!r}"
@@ -94,12 +97,20 @@ class Table:
         # A TOML boolean is a Python int; 1 kPa and true kPa are not the same claim.
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise self.error(f"`{key}` must be a number, got {_described(value)},")
-        if not math.isfinite(value):
+        try:
+            number = float(value)
+        except OverflowError:  # an integer beyond 1.8e308
+            raise self.error(f"`{key}` is too large") from None
+        if not math.isfinite(number):
             raise self.error(f"`{key}` must be finite, got {value}")
-        return float(value)
+        return number
 
-    def _numbers(self, key: str, value: object) -> Nested:
-        return [self._numbers(key, entry) for entry in value] if isinstance(value, list) else self._number(key, value)
+    def _numbers(self, key: str, value: object, depth: int = 0) -> Nested:
+        if not isinstance(value, list):
+            return self._number(key, value)
+        if depth == _DEEPEST:
+            raise self.error(f"`{key}` is nested too deeply: more than {_DEEPEST} lists inside each other,")
+        return [self._numbers(key, entry, depth + 1) for entry in value]
 
     def key(self, name: str) -> str:
         """The key as the file has it, with its unit."""
@@ -244,6 +255,8 @@ def read_document(path: str | Path) -> dict[str, Any]:
         raise FileNotFoundError(f"there is no file {path}") from None
     except IsADirectoryError:
         raise ValueError(f"{path} is a folder, not a TOML file") from None
+    except RecursionError:
+        raise ValueError(f"{path} is nested too deeply") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path} is not valid TOML: {error}") from None
 
