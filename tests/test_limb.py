@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+import signal
+import threading
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -874,3 +877,33 @@ def test_pressures_for_a_limb_of_rods_are_refused() -> None:
     limb = sl.Limb([ring(3)])
     with pytest.raises(ValueError, match="pressures"):
         limb.solve([0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("moment", [20.0, 100.0, 1e3, 1e30])
+def test_a_mad_moment_ends_with_a_status_and_a_point_to_look_at(moment: float) -> None:
+    # Newton millimetres for newton metres: the solve has a budget, whatever it is asked for.
+    limb = presets.reference_limb(["proximal"])
+    posture = limb.solve([60e3, 60e3, 0.0], tip_moment=(moment, 0.0, 0.0))
+    assert posture.tip.shape == (4, 4)
+    assert posture.success == posture.verify().success
+    assert posture.success or posture.status in ("max_iterations", "no_progress", "singular_jacobian", "not_finite")
+
+
+@pytest.mark.parametrize("axial", [1e9, 1e11])
+def test_a_rod_that_hardly_stretches_is_no_harder_than_one_that_does(axial: float) -> None:
+    rod = sl.Rod(sl.Section(axial=axial, shear=axial / 3, bending=1.0, torsion=0.8), 1.0)
+    reference = sl.Rod(sl.Section(axial=1e7, shear=1e7 / 3, bending=1.0, torsion=0.8), 1.0)
+    for force in ((1.0, 0.0, -5.0), (3.0, 0.0, 0.0)):
+        found, expected = rod.cantilever(force), reference.cantilever(force)
+        assert found.success and found.stable and found.verify().success
+        # Strains n/EA and n/GA of the softer rod: at most 5/3e6 of the length.
+        np.testing.assert_allclose(found.tip, expected.tip, rtol=0.0, atol=4e-6)
+
+
+def test_a_solve_is_interrupted_by_ctrl_c() -> None:
+    limb = presets.reference_limb(["proximal"])
+    timer = threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        for _ in range(200):  # about a second each: far longer than the test would take to be interrupted
+            limb.solve([60e3, 60e3, 0.0], tip_moment=(1e3, 0.0, 0.0))

@@ -151,8 +151,16 @@ std::shared_ptr<Posture> solve(const std::shared_ptr<Geometry>& geometry, limb::
     } else if (start_plates) {
         shape = limb::start_from_plates(*geometry, posture->scene, poses_of(*start_plates));
     }
-    py::gil_scoped_release unlocked;
-    posture->solution = limb::solve(*geometry, posture->scene, options, shape ? &*shape : nullptr);
+    options.interrupted = [] {
+        py::gil_scoped_acquire locked;
+        return PyErr_CheckSignals() != 0;
+    };
+    try {
+        py::gil_scoped_release unlocked;
+        posture->solution = limb::solve(*geometry, posture->scene, options, shape ? &*shape : nullptr);
+    } catch (const solve::Interrupted&) {
+        throw py::error_already_set();
+    }
     return posture;
 }
 

@@ -9,8 +9,8 @@
 namespace softlimb::limb {
 namespace {
 
-rod::RodPiece piece_of(const Scene& scene, const Shape& shape, int i) {
-    return {&scene.rods[i].section, scene.rods[i].rest_length / shape.rods[i].elements(), scene.line_load(i)};
+rod::RodPiece piece_of(const Scene& scene, const Section& section, const Shape& shape, int i) {
+    return {&section, scene.rods[i].rest_length / shape.rods[i].elements(), scene.line_load(i)};
 }
 
 }  // namespace
@@ -25,10 +25,13 @@ double largest_element_angle(const Shape& shape) {
 
 void Descent::resize(const Shape& shape) {
     const int rods = static_cast<int>(shape.rods.size());
-    chains_.resize(rods), node_moves_.resize(rods);
+    chains_.resize(rods), node_moves_.resize(rods), sections_.resize(rods);
+    elements_ = 0;
     double length = 0.0, bending = 0.0;
     for (int i = 0; i < rods; ++i) {
         chains_[i].resize(shape.rods[i].elements());
+        sections_[i] = softened(scene_.rods[i]);
+        elements_ += shape.rods[i].elements();
         node_moves_[i].assign(shape.rods[i].elements() + 1, Vector6::Zero());
         length += scene_.rods[i].rest_length / rods;
         bending += scene_.rods[i].section.bending / scene_.rods[i].rest_length / rods;
@@ -42,7 +45,7 @@ void Descent::resize(const Shape& shape) {
 
 bool Descent::linearise(const Shape& shape) {
     for (std::size_t i = 0; i < shape.rods.size(); ++i) {
-        const rod::RodPiece piece = piece_of(scene_, shape, static_cast<int>(i));
+        const rod::RodPiece piece = piece_of(scene_, sections_[i], shape, static_cast<int>(i));
         const RodShape& rod = shape.rods[i];
         for (int e = 0; e < rod.elements(); ++e) {
             rod::ElementStiffness& element = chains_[i].element(e);
@@ -171,7 +174,7 @@ void Descent::apply(const Shape& from, Shape& to) const {
 double Descent::energy(const Shape& shape) const {
     double sum = 0.0;
     for (std::size_t i = 0; i < shape.rods.size(); ++i) {
-        const rod::RodPiece piece = piece_of(scene_, shape, static_cast<int>(i));
+        const rod::RodPiece piece = piece_of(scene_, sections_[i], shape, static_cast<int>(i));
         const RodShape& rod = shape.rods[i];
         for (int e = 0; e < rod.elements(); ++e) sum += rod::geodesic_energy(piece, rod.nodes[e], rod.nodes[e + 1]);
     }
@@ -241,6 +244,7 @@ bool Descent::leave_along_mode(const Shape& saddle, double saddle_energy, double
 }
 
 bool Descent::step_within(const Shape& shape, double multiplier, double radius) {
+    if (!work_.spend(2 * elements_)) return false;
     if (!linearise(shape)) return false;
     for (int rung = 0; rung < 20; ++rung, multiplier *= 4.0) {
         if (!factor(shape, multiplier)) continue;
@@ -264,6 +268,7 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
         return report;
     }
     for (; report.iterations < settings.max_iterations; ++report.iterations) {
+        if (!work_.spend(2 * elements_)) return report;
         if (!fresh && !linearise(shape)) {
             report.status = SolveStatus::not_finite;
             return report;

@@ -227,7 +227,7 @@ double Equilibrium::relative_residual(const Shape& shape) const {
     return residual;
 }
 
-NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings) {
+NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, solve::Work& work) {
     using solve::SolveStatus;
     NewtonReport report;
     resize(shape);
@@ -235,7 +235,10 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings) {
     double previous = 1e300;
     int refinements = 0, stalls = 0;
     bool refined = false;
+    long elements = 0;
+    for (const RodShape& rod : shape.rods) elements += rod.elements();
     for (; report.iterations < settings.max_iterations; ++report.iterations) {
+        if (!work.spend(elements * shape.rods.front().integration.steps)) return report;
         if (!linearise(shape)) {
             report.status = SolveStatus::singular_jacobian;
             return report;
@@ -247,9 +250,9 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings) {
             report.status = SolveStatus::not_finite;
             return report;
         }
-        // A step out of all proportion to what is left of the balance: some move costs nothing, as the turn of a buckled
-        // round column about its axis. A ten-millionth of the rods' stiffness on every freedom pins that move and leaves
-        // the others as they are; without it Newton wanders along the continuum of equal answers.
+        // A step out of all proportion to what is left of the balance: some move costs nothing, as the turn of a
+        // buckled round column about its axis. A ten-millionth of the rods' stiffness on every freedom pins that move
+        // and leaves the others as they are; without it Newton wanders along the continuum of equal answers.
         if (!report.neutral_mode && report.residual < 1e-8 && size > settings.tolerance &&
             size > 1e5 * report.residual) {
             report.neutral_mode = true;

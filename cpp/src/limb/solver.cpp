@@ -24,15 +24,18 @@ double distance(const Geometry& geometry, const Shape& a, const Shape& b) {
 }
 
 /// Descends until the mesh is fine enough for its bends and the descent is done.
-DescentReport descend(const Geometry& geometry, const Scene& scene, Shape& shape, int& iterations) {
+DescentReport descend(const Geometry& geometry, const Scene& scene, solve::Work& work, Shape& shape, int& iterations) {
     DescentReport report;
     std::optional<Shape> saddle;
     for (int refinement = 0; refinement < 8; ++refinement) {
-        Descent descent(geometry, scene);
+        Descent descent(geometry, scene, work);
         report = descent.run(shape, {});
         iterations += report.iterations;
         if (report.saddle && !saddle) saddle = std::move(report.saddle);
-        if (!report.needs_refinement) break;
+        if (!report.needs_refinement || work.exhausted()) break;
+        // An element of so fine a mesh that still bends too far belongs to no posture that a descent will find.
+        constexpr int finest = 128;
+        if (shape.rods.front().elements() >= finest) break;
         for (RodShape& rod : shape.rods) split_elements(rod, 2);
     }
     report.saddle = std::move(saddle);
@@ -47,7 +50,7 @@ struct Attempt {
 };
 
 /// Exact Newton from a shape whose wrenches are set; refines the mesh until no piece is active enough to hide a mode.
-Attempt refine(const Geometry& geometry, const Scene& scene, const SolveOptions& options, Equilibrium& equilibrium,
+Attempt refine(const Scene& scene, const SolveOptions& options, solve::Work& work, Equilibrium& equilibrium,
                Shape shape, int& iterations) {
     Attempt attempt;
     NewtonSettings settings;
@@ -56,7 +59,7 @@ Attempt refine(const Geometry& geometry, const Scene& scene, const SolveOptions&
     choose_mesh(scene, options.tolerance, shape);
     attempt.shape = std::move(shape);
     for (int round = 0; round < 4; ++round) {
-        attempt.report = equilibrium.solve(attempt.shape, settings);
+        attempt.report = equilibrium.solve(attempt.shape, settings, work);
         iterations += attempt.report.iterations;
         if (!attempt.converged() || largest_activity(scene, attempt.shape) < 3.0) break;
         choose_mesh(scene, options.tolerance, attempt.shape);
@@ -67,7 +70,7 @@ Attempt refine(const Geometry& geometry, const Scene& scene, const SolveOptions&
 /// Loads grown from nothing to all, Newton from each step's posture: the way for loads without a potential, and for
 /// those that wind a rod up so far that no straight start reaches it. Ends early where the path folds.
 std::optional<Shape> grow_loads(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
-                                const Shape& unloaded, int& iterations) {
+                                const Shape& unloaded, solve::Work& work, int& iterations) {
     constexpr double smallest_step = 1e-3, largest_step = 0.25;
     SolveOptions rough = options;
     rough.tolerance = std::max(options.tolerance, 1e-6);  // only the last step has to be exact
@@ -84,7 +87,8 @@ std::optional<Shape> grow_loads(const Geometry& geometry, const Scene& scene, co
             part.rods[i].line_load.force = share * scene.rods[i].line_load.force;
             part.rods[i].line_load.moment = share * scene.rods[i].line_load.moment;
         }
-        Attempt attempt = refine(geometry, part, rough, equilibrium, reached, iterations);
+        Attempt attempt = refine(part, rough, work, equilibrium, reached, iterations);
+        if (work.exhausted()) return std::nullopt;
         // A step that jumps has left the path.
         if (attempt.converged() && distance(geometry, attempt.shape, reached) < 1.0) {
             reached = std::move(attempt.shape);
@@ -140,12 +144,16 @@ std::string count_of(int modes) { return std::to_string(modes) + (modes == 1 ? "
 Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions& options, const Shape* start) {
     Solution solution;
     solution.conservative = scene.conservative();
+    // A cold start of the reference limb takes about 2 000 evaluations of its nine rods, a rod wound into five turns 40
+    // 000.
+    solve::Work work(40'000L * (1 + static_cast<long>(scene.rods.size())), options.interrupted);
     solution.reactions.assign(geometry.plates(), Vector6::Zero());  // of a solve that fails: verification reads them
     Equilibrium equilibrium(geometry, scene);
     std::optional<Attempt> unstable;  // found on the way, in case nothing better turns up
 
     const auto accept = [&](const Attempt& attempt, std::string message) {
         fill(scene, equilibrium, attempt, solution);
+        if (!solution.stable && !solution.conservative) message += "; not stable: a small push would grow (divergence)";
         if (attempt.report.neutral_mode)
             message += "; a move of the limb costs nothing here: the posture is one of many equal ones";
         solution.message = std::move(message);
@@ -157,7 +165,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         set_geodesic_wrenches(scene, shape);
         Equilibrium other(geometry, scene);
         int ignored = 0;
-        const Attempt met = refine(geometry, scene, options, other, shape, ignored);
+        const Attempt met = refine(scene, options, work, other, shape, ignored);
         return met.converged() && !met.stable() && distance(geometry, met.shape, shape) < 0.5;
     };
     const auto good_enough = [&](const Attempt& attempt) {
@@ -170,7 +178,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         // A start far from the answer is worth a few steps only: the descent does better from there.
         SolveOptions brief = options;
         if (options.prefer_stable) brief.max_iterations = std::min(options.max_iterations, 15);
-        Attempt attempt = refine(geometry, scene, brief, equilibrium, shape, solution.iterations);
+        Attempt attempt = refine(scene, brief, work, equilibrium, shape, solution.iterations);
         // A full Newton from a warm start may still run away to another posture: it must stay within reach.
         if (attempt.converged() && (!options.prefer_stable || distance(geometry, attempt.shape, shape) < 2.0)) {
             if (good_enough(attempt)) {
@@ -187,7 +195,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
             Shape fine = shape;
             for (RodShape& rod : fine.rods) split_elements(rod, 4);
             set_geodesic_wrenches(scene, fine);
-            Attempt attempt = refine(geometry, scene, options, equilibrium, fine, solution.iterations);
+            Attempt attempt = refine(scene, options, work, equilibrium, fine, solution.iterations);
             if (attempt.converged()) {
                 solution.plan.push_back("started from constant curvature: Newton alone, any equilibrium accepted");
                 return accept(attempt, attempt.stable() ? "converged" : "converged to an unstable posture, as allowed");
@@ -197,18 +205,19 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
 
     // Far starts: descend on a coarse mesh, then on finer ones until the exact solution is the descent's own.
     std::optional<Shape> saddle;
-    DescentReport coarse = descend(geometry, scene, shape, solution.descent_iterations);
+    DescentReport coarse = descend(geometry, scene, work, shape, solution.descent_iterations);
     if (coarse.saddle) saddle = std::move(coarse.saddle);
     solution.plan.push_back(start ? "the given start was not enough: descent of the energy from there"
                                   : "no start given: descent of the energy from constant curvature");
     Attempt last;
     for (int parts : {4, 8, 16, 32, 64}) {
+        if (work.exhausted()) break;
         for (RodShape& rod : shape.rods) split_elements(rod, std::max(1, parts / rod.elements()));
-        DescentReport fine = descend(geometry, scene, shape, solution.descent_iterations);
+        DescentReport fine = descend(geometry, scene, work, shape, solution.descent_iterations);
         if (fine.saddle && !saddle) saddle = std::move(fine.saddle);
         Shape warm = shape;
         set_geodesic_wrenches(scene, warm);
-        Attempt attempt = refine(geometry, scene, options, equilibrium, warm, solution.iterations);
+        Attempt attempt = refine(scene, options, work, equilibrium, warm, solution.iterations);
         if (attempt.converged()) {
             const bool same = distance(geometry, attempt.shape, shape) < 3.0 / parts;
             if (same && good_enough(attempt)) {
@@ -231,20 +240,25 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         const Solution rest = solve(geometry, bare, bare_options, nullptr);
         solution.iterations += rest.iterations;
         if (rest.status != SolveStatus::converged) continue;
-        const std::optional<Shape> grown = grow_loads(geometry, scene, options, rest.shape, solution.iterations);
+        const std::optional<Shape> grown = grow_loads(geometry, scene, options, rest.shape, work, solution.iterations);
         if (!grown) continue;
-        Attempt full = refine(geometry, scene, options, equilibrium, *grown, solution.iterations);
+        Attempt full = refine(scene, options, work, equilibrium, *grown, solution.iterations);
         if (!full.converged()) continue;
         solution.plan.push_back("the descent did not lead there: loads grown step by step");
         return accept(full, "converged along the growing loads");
     }
     if (unstable) {
         // Re-linearise at that posture, so that compliance and reactions belong to it.
-        Attempt again = refine(geometry, scene, options, equilibrium, unstable->shape, solution.iterations);
+        Attempt again = refine(scene, options, work, equilibrium, unstable->shape, solution.iterations);
         if (again.converged())
             return accept(again, again.stable() || !solution.conservative
                                      ? "converged; not where the descent ended, another posture may exist"
                                      : "converged to an unstable posture: no stable one was found");
+    }
+    if (last.shape.plates.empty()) {
+        // Not even one mesh was tried: the best point is where the descent stands.
+        last.shape = shape;
+        set_geodesic_wrenches(scene, last.shape);
     }
     fill(scene, equilibrium, last, solution);
     switch (last.report.status) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <Eigen/SVD>
+#include <algorithm>
 
 namespace softlimb::limb {
 namespace {
@@ -90,10 +91,19 @@ Shape geodesic_shape(const Geometry& geometry, const Scene& scene, const std::ve
     return shape;
 }
 
+Section softened(const RodAtPressure& rod) {
+    Section section = rod.section;
+    const double stiffest = 1e5 * section.bending / (rod.rest_length * rod.rest_length);
+    section.axial = std::min(section.axial, stiffest);
+    section.shear = std::min(section.shear, stiffest);
+    return section;
+}
+
 void set_geodesic_wrenches(const Scene& scene, Shape& shape) {
     for (std::size_t i = 0; i < shape.rods.size(); ++i) {
         RodShape& rod = shape.rods[i];
-        const rod::RodPiece piece{&scene.rods[i].section, scene.rods[i].rest_length / rod.elements(),
+        const Section section = softened(scene.rods[i]);
+        const rod::RodPiece piece{&section, scene.rods[i].rest_length / rod.elements(),
                                   scene.line_load(static_cast<int>(i))};
         for (int e = 0; e < rod.elements(); ++e)
             rod.wrenches[e] = rod::geodesic_base_wrench(piece, rod.nodes[e], rod.nodes[e + 1]);

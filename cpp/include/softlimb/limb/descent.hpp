@@ -7,6 +7,7 @@
 #include "softlimb/limb/balance.hpp"
 #include "softlimb/limb/scene.hpp"
 #include "softlimb/solve/status.hpp"
+#include "softlimb/solve/work.hpp"
 
 namespace softlimb::limb {
 
@@ -28,7 +29,8 @@ struct DescentReport {
 
 class Descent {
 public:
-    Descent(const Geometry& geometry, const Scene& scene) : geometry_(geometry), scene_(scene) {}
+    Descent(const Geometry& geometry, const Scene& scene, solve::Work& work)
+        : geometry_(geometry), scene_(scene), work_(work) {}
     /// Moves `shape` downhill. Element counts stay as they are.
     DescentReport run(Shape& shape, const DescentSettings& settings);
 
@@ -52,6 +54,9 @@ private:
 
     const Geometry& geometry_;
     const Scene& scene_;
+    solve::Work& work_;
+    long elements_ = 0;
+    std::vector<Section> sections_;  // as the descent sees them, see `softened`
     std::vector<rod::Chain> chains_;
     Balance balance_;
     std::vector<Vector6> moves_;

@@ -15,6 +15,7 @@
 #include "softlimb/limb/balance.hpp"
 #include "softlimb/limb/scene.hpp"
 #include "softlimb/solve/status.hpp"
+#include "softlimb/solve/work.hpp"
 
 namespace softlimb::limb {
 
@@ -40,7 +41,7 @@ public:
     Equilibrium(const Geometry& geometry, const Scene& scene) : geometry_(geometry), scene_(scene) {}
 
     /// Newton from `shape` (plates, nodes, wrenches); the shape is left at the best point.
-    NewtonReport solve(Shape& shape, const NewtonSettings& settings);
+    NewtonReport solve(Shape& shape, const NewtonSettings& settings, solve::Work& work);
 
     /// Linearises at a shape that is an equilibrium already, for the responses below. False where it is singular.
     bool linearise_at(const Shape& shape);

@@ -6,6 +6,7 @@
 //   check: same basin as the descent, unstable modes counted; if unstable, leave along the mode and descend again
 //
 // Source: cpp/MECHANICS.md, "Plan of a solve".
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,6 +19,7 @@ struct SolveOptions {
     double tolerance = 1e-6;
     bool prefer_stable = true;
     int max_iterations = 60;
+    std::function<bool()> interrupted;  // asked now and then; true ends the solve with solve::Interrupted
 };
 
 struct Solution {

@@ -13,6 +13,10 @@ Shape geodesic_shape(const Geometry& geometry, const Scene& scene, const std::ve
 /// Shape on given plates with the wrenches of the geodesics, ready for Newton.
 Shape start_from_plates(const Geometry& geometry, const Scene& scene, const std::vector<Pose>& plates);
 
+/// Section of a rod as the descent sees it: extension and shear no stiffer than 1e5 EI/l^2. A stiffer rod changes the
+/// posture by less than a hundred-thousandth of its load over EI/l^2, but turns the energy into a narrow curved valley.
+Section softened(const RodAtPressure& rod);
+
 /// Base wrenches of all pieces from the strains of their geodesics.
 void set_geodesic_wrenches(const Scene& scene, Shape& shape);
 
