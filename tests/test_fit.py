@@ -183,6 +183,24 @@ BAD_POINTS = {
     "undeformed": (([1.0, 1.0, 1.0], [1.0] * 3), r"cannot determine c1, c2"),
 }
 
+NUMBERS = "must be a number or an array of numbers, got"
+BAD_POINTS |= {
+    "huge stress": (([1.1, 1.2, 1.3], [1e300, 2e300, 3e300]), r"nominal_stress\[0\] must be within 1e\+60 Pa"),
+    "tiny stress": (([1.1, 1.2, 1.3], [1e-310, 2e-310, 3e-310]), r"nominal_stress is at most 3e-310 Pa .* 1e-60"),
+    "texts": ((["1.1", "1.2", "1.3"], [1.0, 2.0, 3.0]), f"stretch {NUMBERS}"),
+    "bytes": (([1.1, 1.2, 1.3], [b"1", b"2", b"3"]), f"nominal_stress {NUMBERS}"),
+    "text objects": ((np.array(["1.1", "1.2", "1.3"], dtype=object), [1.0, 2.0, 3.0]), f"stretch {NUMBERS}"),
+    "truth values": (([1.1, 1.2, 1.3], [True, False, True]), f"nominal_stress {NUMBERS}"),
+    "a truth value among numbers": (([1.1, 1.2, 1.3], [1.0, 2.0, True]), f"nominal_stress {NUMBERS}"),
+    "complex": (([1.1, 1.2, 1.3], [1.0, 2.0, 3.0 + 1j]), f"nominal_stress {NUMBERS}"),
+    "dates": ((np.array([1, 2, 3], dtype="datetime64[s]"), [1.0, 2.0, 3.0]), f"stretch {NUMBERS}"),
+    "none": ((None, [1.0, 2.0, 3.0]), f"stretch {NUMBERS} None"),
+    "an integer beyond floats": (([1.1, 1.2, 10**400], [1.0, 2.0, 3.0]), "stretch must be finite, got .*beyond"),
+    "an integer beyond printing": (([1.1, 1.2, 1.3], [1, 2, 10**5000]), "nominal_stress must be finite, got .*beyond"),
+    "ragged": (([[1.1], [1.2, 1.3]], [1.0, 2.0, 3.0]), f"stretch {NUMBERS}"),
+    "law of no name": (([1.1, 1.2, 1.3], [1.0, 2.0, 3.0], ["yeoh"]), "law must be one of"),
+}  # fmt: skip
+
 
 @pytest.mark.parametrize("case", BAD_POINTS)
 def test_bad_points_raise_with_the_reason(case: str) -> None:
@@ -205,6 +223,48 @@ def test_a_range_without_enough_points_raises() -> None:
 def test_a_bad_density_raises() -> None:
     with pytest.raises(ValueError, match="density must be finite and positive, got -1"):
         fit_uniaxial(STRETCH, STRETCH, density=-1.0)
+
+
+@pytest.mark.parametrize(
+    ("keyword", "value"),
+    [("max_strain", "0.5"), ("max_strain", True), ("density", "1080"), ("density", None), ("density", 10**400)],
+)
+def test_options_that_are_no_number_are_named(keyword: str, value: object) -> None:
+    with pytest.raises(ValueError, match=f"{keyword} must be"):
+        fit_uniaxial(STRETCH, STRETCH, **{keyword: value})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", FIT_LAWS)
+@pytest.mark.parametrize("size", [1e-59, 1e-30, 1e30, 1e59])
+def test_stresses_of_any_accepted_size_are_fitted_alike(name: str, size: float) -> None:
+    stress = sl.Yeoh(c1=1.0, c2=0.1).uniaxial_stress(STRETCH[::5])
+    near, far = fit_uniaxial(STRETCH[::5], stress, name), fit_uniaxial(STRETCH[::5], stress * size, name)
+    assert near.success == far.success
+    # The search ends anywhere in a flat valley, and ever so little noise in the points is met by another path.
+    assert_allclose(far.r_squared, near.r_squared, rtol=0, atol=1e-6)
+    assert np.isfinite(far.rmse) and np.isfinite(list(far.coefficients.values())).all()
+
+
+def test_no_statistic_of_a_successful_fit_is_nan() -> None:
+    exact = fit_uniaxial([1.1, 1.3], [50e3, 120e3], "yeoh")
+    assert exact.success and np.isinf(exact.covariance).all()
+    assert exact.notes == ("no more points than coefficients: the standard errors are unknown, shown as infinite",)
+    level = fit_uniaxial([1.1, 1.2, 1.3], [1e3, 1e3, 1e3], "neo-hooke")
+    assert level.success and level.r_squared == -np.inf
+    single = fit_uniaxial([1.1], [1e3], "neo-hooke")
+    assert single.success and single.r_squared == 1.0
+
+
+@pytest.mark.parametrize("name", FIT_LAWS)
+@pytest.mark.parametrize("unit", [1e-150, 1e-5, 1e5, 1e60, 1e150])
+def test_absurd_stretches_raise_or_give_finite_numbers(name: str, unit: float) -> None:
+    try:
+        fit = fit_uniaxial(STRETCH[::6] * unit, STRETCH[::6] - 1.0, name)
+    except ValueError as error:
+        assert "cannot determine" in str(error)
+        return
+    values = [*fit.coefficients.values(), fit.rmse, fit.r_squared]
+    assert np.isfinite(values).all() if fit.success else fit.message
 
 
 # --- measured curves ----------------------------------------------------------------------------------
@@ -316,6 +376,8 @@ BAD_FILES = {
     "decimal comma": ("strain;stress_MPa\n0,1;1\n", r"line 2, .*'0,1' is not a number \(decimal comma"),
     "missing cell": ("strain,stress_MPa\n0.1,1\n0.2\n", r"line 3, column `stress_MPa`: the cell is missing"),
     "nan": ("strain,stress_MPa\n0.1,1\n0.2,nan\n", r"line 3, .*'nan' is not finite"),
+    "huge": ("strain,stress_kPa\n0.1,1\n0.2,1e308\n", r"line 3, column `stress_kPa`: '1e308' kPa is too large"),
+    "large": ("strain,stress_Pa\n0.1,1e300\n0.2,1e308\n", r"nominal_stress\[0\] must be within 1e\+60 Pa"),
     "few rows": ("strain,stress_MPa\n0.1,1\n", r"1 points .* yeoh has 2 coefficients"),
 }  # fmt: skip
 

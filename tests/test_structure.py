@@ -24,7 +24,7 @@ CPP_MAY_USE = {
 
 # Python, from left to right: a module may import what stands to its left, at any depth of its code.
 PYTHON_ORDER = [
-    ["_core", "units"],
+    ["_core", "arguments", "units"],
     ["quantities", "materials"],
     ["tube"],
     ["posture"],

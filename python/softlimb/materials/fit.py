@@ -17,6 +17,7 @@ from os import PathLike
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from softlimb import arguments
 from softlimb._core import DruckerCheck, Gent, MooneyRivlin, NeoHookean, Ogden, Yeoh
 from softlimb.materials.law import Law
 from softlimb.materials.tensile_csv import read_tensile_csv
@@ -27,6 +28,9 @@ Vector = NDArray[np.float64]
 _EDGE = 1e-9
 # Below this a column of the scaled basis is a combination of the others for double precision.
 _RANK_TOLERANCE = 1e-12
+# Largest stress of the fit range [Pa]: within it squares and products of stresses stay inside double precision. A
+# stress outside is a mistake in any unit.
+_SMALLEST_STRESS, _LARGEST_STRESS = 1e-60, 1e60
 _MOST_ITERATIONS = 200
 # Searches from the best of the starts, by number of shape parameters: one parameter has one valley, or two (exponents
 # of either sign); with three exponents every second search ends elsewhere.
@@ -65,12 +69,14 @@ class Fit:
         Fitted values by name, stresses in Pa; the terms of Ogden's law as ``mu[0]``, ``alpha[0]``...
     standard_errors : dict of str to float
         One standard deviation of each, from the scatter of the points about the law (independent errors of equal
-        size); infinite where the points do not determine it, NaN when there are no more points than coefficients.
+        size); infinite where the points do not determine it, and when there are no more points than coefficients,
+        which leave no scatter to see.
         The points of one pull are not independent, so these are too small for a single specimen.
     covariance : ndarray, shape (k, k)
         Of the coefficients, in the order of `coefficients`.
     r_squared, rmse : float
-        Of the nominal stress over the points used; rmse in Pa.
+        Of the nominal stress over the points used; rmse in Pa. Where the points have one and the same stress,
+        r_squared is 1 for a law that meets it and -inf for another.
     points : int
         Number of points used.
     max_strain : float
@@ -184,11 +190,13 @@ def fit_uniaxial(
     Raises
     ------
     ValueError
-        An argument is not finite, shapes differ, the law is not known, or the range holds fewer points than the law has
+        An argument is not made of finite real numbers, the largest stress is outside 1e-60 to 1e60 Pa, shapes differ,
+        the law is not known, or the range holds fewer points than the law has
         coefficients, or points that cannot determine them (all at one stretch).
     """
     family = _family(law)
     points, stress = _checked_points(stretch, nominal_stress)
+    density = arguments.one_real("density", density)
     limit = _checked_limit(points, max_strain)
     in_range = points - 1.0 <= limit + _EDGE
     x, y = points[in_range], stress[in_range]
@@ -200,19 +208,28 @@ def fit_uniaxial(
     scale = float(np.abs(y).max())
     if scale == 0.0:
         raise ValueError("nominal_stress is zero at every point of the fit range")
+    if scale < _SMALLEST_STRESS:
+        raise ValueError(
+            f"nominal_stress is at most {scale:.6g} Pa in the fit range: expected {_SMALLEST_STRESS:g} or more"
+        )
 
-    search = _search(family, x, y / scale)
-    jacobian = np.hstack([search.basis, _shape_slopes(family, x, search.shape, search.linear)])
-    values = np.concatenate([search.linear * scale, search.shape])
-    residual = family.basis(x, search.shape) @ values[: len(family.linear)] - y
-    covariance = _covariance(
-        jacobian, residual / scale, np.array([scale] * len(family.linear) + [1.0] * search.shape.size)
-    )
+    # A law that overflows at some point of the search costs infinitely much there, and a result that is not finite is
+    # reported below: both are dealt with here, not warned of.
+    with np.errstate(all="ignore"):
+        search = _search(family, x, y / scale)
+        jacobian = np.hstack([search.basis, _shape_slopes(family, x, search.shape, search.linear)])
+        values = np.concatenate([search.linear * scale, search.shape])
+        residual = family.basis(x, search.shape) @ values[: len(family.linear)] - y
+        covariance = _covariance(
+            jacobian, residual / scale, np.array([scale] * len(family.linear) + [1.0] * search.shape.size)
+        )
+        r_squared, rmse = _quality(y, residual)
     # The law knows its range: what was asked for, but never more than the points reach.
     furthest = float(points.max() - 1.0)
     reach = max(limit if furthest >= limit - _EDGE else furthest, 0.0)
     fitted, problem = _make_law(family, values, density, reach)
-    spread = float(np.sum((y - y.mean()) ** 2))
+    if not (np.isfinite(values).all() and np.isfinite(residual).all()):
+        fitted, problem = None, "the law overflows: are stretch and stress in their units?"
     drucker = fitted.check_drucker(reach) if fitted is not None and reach > 0.0 else None
     errors = dict(zip(family.names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
     message = "; ".join(filter(None, [search.problem, problem])) or "converged"
@@ -221,14 +238,14 @@ def fit_uniaxial(
         coefficients=dict(zip(family.names, values.tolist(), strict=True)),
         standard_errors=errors,
         covariance=covariance,
-        r_squared=1.0 - float(residual @ residual) / spread if spread > 0.0 else float("nan"),
-        rmse=float(np.sqrt(np.mean(residual**2))),
+        r_squared=r_squared,
+        rmse=rmse,
         points=int(x.size),
         max_strain=reach,
         drucker=drucker,
         success=not search.problem and fitted is not None,
         message=message,
-        notes=_notes(points, stress, limit, max_strain) + _undetermined(family.names, values, errors),
+        notes=_notes(points, stress, limit, max_strain) + _undetermined(family.names, values, errors, x.size),
         stretch=points,
         nominal_stress=stress,
         in_range=in_range,
@@ -241,15 +258,15 @@ def fit_uniaxial(
 
 
 def _family(law: str) -> _Family:
-    if law not in _FAMILIES:
+    if not isinstance(law, str) or law not in _FAMILIES:
         near = get_close_matches(str(law), _FAMILIES, n=1)
         hint = f": did you mean {near[0]!r}?" if near else ""
-        raise ValueError(f"law must be one of {', '.join(_FAMILIES)}, got {law!r}{hint}")
+        raise ValueError(f"law must be one of {', '.join(_FAMILIES)}, got {arguments.shown(law)}{hint}")
     return _FAMILIES[law]
 
 
 def _checked_points(stretch: ArrayLike, nominal_stress: ArrayLike) -> tuple[Vector, Vector]:
-    points, stress = np.array(stretch, dtype=np.float64), np.array(nominal_stress, dtype=np.float64)
+    points, stress = arguments.real_array("stretch", stretch), arguments.real_array("nominal_stress", nominal_stress)
     if points.ndim != 1 or points.shape != stress.shape:
         raise ValueError(
             f"stretch and nominal_stress must be one-dimensional and of equal length, got shapes {points.shape} and "
@@ -267,15 +284,19 @@ def _checked_points(stretch: ArrayLike, nominal_stress: ArrayLike) -> tuple[Vect
             f"stretch[{bad[0]}] must be positive, got {points[bad[0]]:.6g} "
             "(was it given as strain? stretch is 1 + strain)"
         )
+    bad = np.flatnonzero(np.abs(stress) > _LARGEST_STRESS)
+    if bad.size:
+        raise ValueError(f"nominal_stress[{bad[0]}] must be within {_LARGEST_STRESS:g} Pa, got {stress[bad[0]]:.6g}")
     return points, stress
 
 
 def _checked_limit(points: Vector, max_strain: float | None) -> float:
     if max_strain is None:
         return float(points.max() - 1.0)
-    if not (np.isfinite(max_strain) and max_strain > 0.0):
-        raise ValueError(f"max_strain must be finite and positive, got {max_strain}")
-    return float(max_strain)
+    limit = arguments.one_real("max_strain", max_strain)
+    if not (np.isfinite(limit) and limit > 0.0):
+        raise ValueError(f"max_strain must be finite and positive, got {limit}")
+    return limit
 
 
 def _notes(points: Vector, stress: Vector, limit: float, max_strain: float | None) -> tuple[str, ...]:
@@ -290,7 +311,19 @@ def _notes(points: Vector, stress: Vector, limit: float, max_strain: float | Non
     return tuple(notes)
 
 
-def _undetermined(names: Sequence[str], values: Vector, errors: dict[str, float]) -> tuple[str, ...]:
+def _quality(y: Vector, residual: Vector) -> tuple[float, float]:
+    """R^2 and rmse."""
+    rmse = float(np.sqrt(np.mean(residual**2)))
+    if float(np.ptp(y)) > 0.0:
+        return 1.0 - float(residual @ residual) / float(np.sum((y - y.mean()) ** 2)), rmse
+    return 1.0 if rmse <= 1e-12 * float(np.abs(y).max()) else -np.inf, rmse
+
+
+def _undetermined(
+    names: Sequence[str], values: Vector, errors: dict[str, float], points: int
+) -> tuple[str, ...]:
+    if points == len(names):
+        return ("no more points than coefficients: the standard errors are unknown, shown as infinite",)
     loose = [name for name, value in zip(names, values, strict=True) if errors[name] > abs(value)]
     if not loose:
         return ()
@@ -405,6 +438,9 @@ def _descend(family: _Family, x: Vector, y: Vector, start: _Projection) -> _Sear
         slopes = slopes - current.orthonormal @ (current.orthonormal.T @ slopes)
         gradient = slopes.T @ current.residual
         size = np.linalg.norm(slopes, axis=0)
+        if not (np.isfinite(gradient).all() and np.isfinite(slopes.T @ slopes).all()):
+            problem = "the law overflows in the search: are stretch and stress in their units?"
+            break
         if current.cost <= floor or np.all(np.abs(gradient) <= 1e-10 * size * np.sqrt(current.cost)):
             problem = ""
             break
@@ -442,14 +478,14 @@ def _covariance(jacobian: Vector, residual: Vector, scale: Vector) -> Vector:
     """s^2 (J^T J)^-1 with s^2 the residual variance; `scale` brings the coefficients back to Pa."""
     n, k = jacobian.shape
     if n == k:
-        return np.full((k, k), np.nan)
+        return np.full((k, k), np.inf)
     size = np.linalg.norm(jacobian, axis=0)
     triangle = np.linalg.qr(jacobian / size, mode="r")
-    if np.abs(np.diag(triangle)).min() <= _RANK_TOLERANCE:
+    if not np.abs(np.diag(triangle)).min() > _RANK_TOLERANCE:  # NaN included: a column of zeros, or an overflow
         return np.full((k, k), np.inf)
     inverse = np.linalg.inv(triangle) / size[:, None] * scale[:, None]
     covariance: Vector = inverse @ inverse.T * float(residual @ residual) / (n - k)
-    return covariance
+    return covariance if np.isfinite(covariance).all() else np.full((k, k), np.inf)
 
 
 # --- the laws --------------------------------------------------------------------------------

@@ -110,13 +110,18 @@ def read_tensile_csv(path: str | PathLike[str]) -> TensileTest:
         if not line.strip(separator + " \t") or line.startswith("#"):
             continue
         cells = line.split(separator)
-        rows.append([_number(cells, column, separator, number, path.name) for column in (strain, stress)])
+        rows.append(
+            [
+                _number(cells, strain, strain_factor, separator, number, path.name),
+                _number(cells, stress, stress_factor, separator, number, path.name),
+            ]
+        )
     if not rows:
         raise ValueError(f"{path.name} has column names (line {header_line + 1}) but no rows below them")
 
     table = np.array(rows)
-    elongation = table[:, 0] * strain_factor - (1.0 if strain.quantity == "stretch" else 0.0)
-    nominal_stress = table[:, 1] * stress_factor
+    elongation = table[:, 0] - (1.0 if strain.quantity == "stretch" else 0.0)
+    nominal_stress = table[:, 1]
     start = _first_loaded_row(elongation, nominal_stress)
     notes: tuple[str, ...] = ()
     if start:
@@ -201,7 +206,8 @@ def _factor(column: _Column, units: dict[str, float], name: str) -> float:
     raise ValueError(f"{name}: column `{column.text}` has the unknown unit {column.unit!r} (known: {known}){hint}")
 
 
-def _number(cells: list[str], column: _Column, separator: str, line: int, name: str) -> float:
+def _number(cells: list[str], column: _Column, factor: float, separator: str, line: int, name: str) -> float:
+    """The cell in SI units."""
     where = f"{name}, line {line}, column `{column.text}`"
     if column.index >= len(cells) or not cells[column.index].strip():
         raise ValueError(f"{where}: the cell is missing")
@@ -213,11 +219,13 @@ def _number(cells: list[str], column: _Column, separator: str, line: int, name: 
         raise ValueError(f"{where}: {text!r} is not a number{hint}") from None
     if not math.isfinite(value):
         raise ValueError(f"{where}: {text!r} is not finite")
-    return value
+    if not math.isfinite(value * factor):
+        raise ValueError(f"{where}: {text!r} {column.unit} is too large")
+    return value * factor
 
 
 def _first_loaded_row(elongation: NDArray[np.float64], stress: NDArray[np.float64]) -> int:
-    slack = (elongation * stress < 0.0) & (np.abs(stress) < _SLACK * np.abs(stress).max())
+    slack = (np.sign(elongation) * np.sign(stress) < 0.0) & (np.abs(stress) < _SLACK * np.abs(stress).max())
     return int(np.argmin(slack))
 
 
