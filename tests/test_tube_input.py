@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from decimal import Decimal
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -78,6 +80,96 @@ def test_bad_input_is_named(number: int) -> None:
     call, words = BAD[number]
     with pytest.raises(ValueError, match=words):
         call()
+
+
+# What numpy would convert, and what belongs to no number at all.
+NOT_REAL: list[Any] = [
+    "55e3", b"1", True, np.True_, None, 1.0 + 0.0j, np.datetime64(1, "s"), np.timedelta64(1, "s"), {}, object(),
+    ["55e3"], [1.0, True], np.array([1.0 + 1.0j]), np.array(["1"], dtype=object), np.array([True]),
+    np.array([1], dtype="datetime64[s]"), [[1.0], [1.0, 2.0]], 10**400, [1.0, 10**400], 10**5000,
+    np.longdouble("1e400"),
+]  # fmt: skip
+TAKES_NUMBERS: dict[str, Callable[[Any], Any]] = {
+    "pressure of inflate": lambda x: proximal().inflate(x),
+    "axial_force of inflate": lambda x: proximal().inflate(1e3, x),
+    "torque of inflate": lambda x: proximal().inflate(1e3, torque=x),
+    "volume": lambda x: proximal().inflate_volume(x),
+    "inner_radius": lambda x: proximal().inflate_volume(inner_radius=x),
+    "axial_force of inflate_volume": lambda x: proximal().inflate_volume(3e-4, axial_force=x),
+    "torque of inflate_volume": lambda x: proximal().inflate_volume(3e-4, torque=x),
+    "stretch of inflate_to": lambda x: proximal().inflate_to(x),
+    "stretch of pressure_for": lambda x: proximal().pressure_for(x),
+    "stretch of other_pressures": lambda x: proximal().other_pressures(x),
+    "pressure of section": lambda x: proximal().section(x),
+    "pressure of section_at": lambda x: proximal().section_at(x),
+    "pressure of rest_length": lambda x: proximal().rest_length(x),
+    "pressure of rod": lambda x: proximal().rod(x),
+    "radius of stress": lambda x: proximal().inflate(1e3).stress(x),
+    "reference_radius of stress": lambda x: proximal().inflate(1e3).stress(reference_radius=x),
+    "length": lambda x: sl.Tube(x, [core]),
+    "mass": lambda x: sl.Tube(0.2, [core], mass=x),
+    "cap_length": lambda x: sl.Tube(0.2, [core], cap_length=x),
+    "length of fibre_reinforced": lambda x: wound(length=x),
+    "radii": lambda x: wound(radii=x),
+    "thread_diameter": lambda x: wound(thread_diameter=x),
+    "pitch": lambda x: wound(pitch=x),
+    "angle": lambda x: wound(angle=x),
+    "modulus": lambda x: wound(modulus=x),
+}
+NONE_IS_A_VALUE = {"mass", "angle", "volume", "inner_radius", "radius of stress", "reference_radius of stress"}
+
+
+@pytest.mark.parametrize("name", TAKES_NUMBERS)
+def test_what_is_no_real_number_is_refused_by_name(name: str) -> None:
+    argument = name.split(maxsplit=1)[0].replace("_", "[_ ]")  # the core writes "reference radius", "fibre angle"
+    for value in NOT_REAL:
+        if value is None and name in NONE_IS_A_VALUE:
+            continue
+        with pytest.raises(ValueError, match=rf"^(fibre )?{argument} must be"):
+            TAKES_NUMBERS[name](value)
+
+
+def test_numbers_of_every_kind_are_taken() -> None:
+    tube, expected = proximal(), proximal().inflate(55000.0)
+    for value in (55000, np.int64(55000), np.float32(55000), np.array(55000.0), Fraction(55000), Decimal(55000)):
+        assert tube.inflate(value).stretch == expected.stretch  # type: ignore[arg-type]
+    for values in ([55000], (55000.0,), [Fraction(55000)], [np.float32(55000)], [np.array(55000)]):
+        assert tube.inflate(values).stretch.tolist() == [expected.stretch]  # type: ignore[arg-type]
+    assert tube.inflate([np.array([55000.0, 0.0]), np.array([0.0, 55000.0])]).shape == (2, 2)
+    assert tube.inflate([]).shape == (0,)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: sl.Tube(0.2, [core], tension_only=nan), "tension_only must be True or False, got nan"),  # type: ignore[arg-type]
+        (lambda: sl.Tube(0.2, [core], tension_only=None), "tension_only must be True or False, got None"),  # type: ignore[arg-type]
+        (lambda: sl.Tube(0.2, [core], tension_only=1), "tension_only must be True or False, got 1"),  # type: ignore[arg-type]
+        (lambda: sl.Tube(0.2, [core], ends=None), 'ends must be one of "free", "bonded", got None'),  # type: ignore[arg-type]
+        (lambda: sl.Tube(0.2, None), "layers must be a sequence of Layer, got None"),  # type: ignore[arg-type]
+        (lambda: sl.Tube(0.2, [core, 0.012]), r"layers\[1\] must be a Layer, got 0.012"),  # type: ignore[list-item]
+        (lambda: wound(core=None), "core must be a material law, got None"),
+        (lambda: wound(skin="smoothsil-950"), "skin must be a material law, got 'smoothsil-950'"),
+        (lambda: wound(thread=None), 'thread must be "smeared" or "layer", got None'),
+        (lambda: wound(tension_only="no"), "tension_only must be True or False, got 'no'"),
+        (lambda: proximal().inflate(1e3, model=None), 'model must be "thick" or "paper_reduced", got None'),  # type: ignore[arg-type]
+        (lambda: proximal().section(1e3, model=None), "section model must be one of .*, got None"),  # type: ignore[arg-type]
+        (lambda: proximal().section(1e3, valve=1), "valve must be one of .*, got 1"),  # type: ignore[arg-type]
+        (lambda: proximal().inflate(1e3).flag(["locking"]), "flag name must be one of"),  # type: ignore[arg-type]
+        (lambda: proximal().inflate_volume(3e-4, axial_force=nan), "axial_force must be finite, got nan"),
+    ],
+)  # fmt: skip
+def test_options_are_refused_by_name(call: Callable[[], Any], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        call()
+
+
+def test_states_are_taken_by_an_integer() -> None:
+    states = proximal().inflate([1e3, 2e3])
+    assert states[np.int64(1)] == states[1] == states[-1]
+    for index in ("0", 0.0, None, slice(0, 1)):
+        with pytest.raises(TypeError, match="index of a state must be an integer"):
+            states[index]  # type: ignore[index]
 
 
 def test_a_tube_does_not_change() -> None:

@@ -97,7 +97,9 @@ def one_finite(name: str, value: Any) -> float:
 def one_of(name: str, value: object, choices: tuple[str, ...]) -> None:
     """ValueError unless the value is one of the texts."""
     if not isinstance(value, str) or value not in choices:
-        raise ValueError(f"{name} must be one of {', '.join(repr(c) for c in choices)}, got {shown(value)}")
+        known = ", ".join(f'"{choice}"' for choice in choices)
+        text = f'"{value}"' if isinstance(value, str) else shown(value)
+        raise ValueError(f"{name} must be one of {known}, got {text}")
 
 
 def truth(name: str, value: object) -> bool:

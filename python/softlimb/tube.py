@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from operator import index as as_index
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from softlimb import _core
 from softlimb._core import Fibres, Layer, Section
+from softlimb.arguments import finite_array, one_finite, one_of, one_real, positive_array, real_array, shown, truth
 
 if TYPE_CHECKING:
     from softlimb.limb import Rod
@@ -22,6 +24,10 @@ Law = _core.NeoHookean | _core.Yeoh | _core.MooneyRivlin | _core.Ogden | _core.G
 Model = Literal["thick", "paper_reduced"]
 SectionModel = Literal["tangent", "nonlinear", "paper"]
 Valve = Literal["open", "locked"]
+
+SECTION_MODELS = ("tangent", "nonlinear", "paper")
+VALVES = ("open", "locked")
+ENDS = ("free", "bonded")
 
 KEVLAR_MODULUS = 31.067e9  # [Pa], Zhang et al.
 
@@ -204,8 +210,8 @@ class TubeState:
         ValueError
             There is no such remark.
         """
-        if name not in FLAGS:
-            raise ValueError(f"flag name must be one of {', '.join(FLAGS)}, got {name!r}")
+        if not isinstance(name, str) or name not in FLAGS:
+            raise ValueError(f"flag name must be one of {', '.join(FLAGS)}, got {shown(name)}")
         return self._given((self._states.flags & FLAGS[name]) != 0)
 
     def _only(self, what: str) -> None:
@@ -243,7 +249,10 @@ class TubeState:
                 [np.linspace(layer.inner * (1 + 1e-12 * (i > 0)), layer.outer, 25)
                  for i, layer in enumerate(self._tube.layers)]
             )
-        radii = np.asarray(reference_radius if radius is None else radius, dtype=np.float64)
+        if radius is None:
+            radii = real_array("reference_radius", cast(ArrayLike, reference_radius))
+        else:
+            radii = real_array("radius", radius)
         values = self._tube._stress(self._states, radii.ravel(), radius is None)
         if radii.ndim == 0:
             return WallStress(*(cast(Array, row[0]) for row in values))
@@ -263,6 +272,10 @@ class TubeState:
     def __getitem__(self, index: int) -> TubeState:
         if len(self._shape) != 1:
             raise TypeError(f"states of shape {self._shape} cannot be indexed: ask with a flat array")
+        try:
+            index = as_index(index)
+        except TypeError:
+            raise TypeError(f"index of a state must be an integer, got {shown(index)}") from None
         count = self._shape[0]
         if not -count <= index < count:
             raise IndexError(f"state {index} of {count}")
@@ -300,16 +313,17 @@ FLAGS = {
 }
 
 
-def _finite(name: str, values: ArrayLike) -> Array:
+def _layers(given: Any) -> list[Layer]:
+    if isinstance(given, Layer):
+        return [given]
     try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{name} must be a number or an array of numbers, got {values!r}") from error
-    if not np.all(np.isfinite(array)):
-        bad = np.flatnonzero(~np.isfinite(array.ravel()))[0]
-        where = f" at index {bad}" if array.ndim else ""
-        raise ValueError(f"{name} must be finite, got {array.ravel()[bad]}{where}")
-    return array
+        layers = list(given)
+    except TypeError:
+        raise ValueError(f"layers must be a sequence of Layer, got {shown(given)}") from None
+    for i, layer in enumerate(layers):
+        if not isinstance(layer, Layer):
+            raise ValueError(f"layers[{i}] must be a Layer, got {shown(layer)}")
+    return layers
 
 
 class Tube(_core.Tube):
@@ -334,7 +348,7 @@ class Tube(_core.Tube):
     Raises
     ------
     ValueError
-        A length or mass is not positive, layers do not adjoin, an option is unknown.
+        A length or mass is not a positive number, layers do not adjoin, an option is unknown.
 
     Notes
     -----
@@ -351,10 +365,15 @@ class Tube(_core.Tube):
         mass: float | None = None,
         cap_length: float = 0.0,
     ) -> None:
-        if isinstance(layers, Layer):
-            layers = [layers]
+        one_of("ends", ends, ENDS)
+        mass = None if mass is None else one_real("mass", mass)
         super().__init__(
-            length=length, layers=list(layers), tension_only=tension_only, ends=ends, mass=mass, cap_length=cap_length
+            length=one_real("length", length),
+            layers=_layers(layers),
+            tension_only=truth("tension_only", tension_only),
+            ends=ends,
+            mass=mass,
+            cap_length=one_real("cap_length", cap_length),
         )
         object.__setattr__(self, "_given_mass", mass)
 
@@ -412,13 +431,19 @@ class Tube(_core.Tube):
         Fraction of one family: ``(pi d^2/4) 2 R_m / (cos(angle) (R_o^2 - R_m^2) pitch)``, with the outer radius of
         the threaded layer for R_o.
         """
-        if np.shape(radii) != (3,):
-            raise ValueError(f"radii must be three numbers (R_i, R_m, R_o), got {radii!r}")
-        inner, middle, outer = (float(r) for r in radii)
+        given = real_array("radii", radii)
+        if given.shape != (3,):
+            raise ValueError(f"radii must be three numbers (R_i, R_m, R_o), got {shown(radii)}")
+        inner, middle, outer = given.tolist()
+        for name, law in (("core", core), ("skin", skin)):
+            if not isinstance(law, Law):
+                raise ValueError(f"{name} must be a material law, got {shown(law)}")
+        thread_diameter, pitch = one_real("thread_diameter", thread_diameter), one_real("pitch", pitch)
+        angle, modulus = None if angle is None else one_real("angle", angle), one_real("modulus", modulus)
         if not 0.0 < inner < middle < outer:
             raise ValueError(f"radii must be positive and ascending, got {inner!r}, {middle!r}, {outer!r}")
-        if thread not in ("smeared", "layer"):
-            raise ValueError(f'thread must be "smeared" or "layer", got {thread!r}')
+        if not isinstance(thread, str) or thread not in ("smeared", "layer"):
+            raise ValueError(f'thread must be "smeared" or "layer", got {shown(thread)}')
         if thread_diameter > outer - middle:
             thickness = f"{outer - middle:.6g}"
             raise ValueError(
@@ -460,11 +485,12 @@ class Tube(_core.Tube):
         Raises
         ------
         ValueError
-            An argument is not finite, shapes do not fit, or a torque is given to bonded ends.
+            An argument is not made of finite real numbers, shapes do not fit, or a torque is given to bonded ends.
         """
-        if model not in ("thick", "paper_reduced"):
-            raise ValueError(f'model must be "thick" or "paper_reduced", got {model!r}')
-        p, f, t = _finite("pressure", pressure), _finite("axial_force", axial_force), _finite("torque", torque)
+        if not isinstance(model, str) or model not in ("thick", "paper_reduced"):
+            raise ValueError(f'model must be "thick" or "paper_reduced", got {shown(model)}')
+        p = finite_array("pressure", pressure)
+        f, t = finite_array("axial_force", axial_force), finite_array("torque", torque)
         try:
             p, f, t = np.broadcast_arrays(p, f, t)
         except ValueError as error:
@@ -511,8 +537,9 @@ class Tube(_core.Tube):
         if (volume is None) == (inner_radius is None):
             raise ValueError("give either volume or inner_radius")
         name, given = ("volume", volume) if inner_radius is None else ("inner_radius", inner_radius)
-        values = _positive(name, cast(ArrayLike, given))
-        states = self._at_volume(values.ravel(), inner_radius is not None, axial_force, torque)
+        values = positive_array(name, cast(ArrayLike, given))
+        force, twist = one_finite("axial_force", axial_force), one_finite("torque", torque)
+        states = self._at_volume(values.ravel(), inner_radius is not None, force, twist)
         return TubeState(self, states, values.shape, values.ndim == 0)
 
     def inflate_to(self, stretch: ArrayLike) -> TubeState:
@@ -534,7 +561,7 @@ class Tube(_core.Tube):
         ValueError
             A stretch is not finite and positive.
         """
-        values = _positive("stretch", stretch)
+        values = positive_array("stretch", stretch)
         return TubeState(self, self._at_stretch(values.ravel()), values.shape, values.ndim == 0)
 
     def pressure_for(self, stretch: ArrayLike) -> Any:
@@ -562,7 +589,8 @@ class Tube(_core.Tube):
 
     def other_pressures(self, stretch: float) -> list[float]:
         """Further pressures, ascending, that give the same stretch as `pressure_for` does; mostly none [Pa]."""
-        return self._other_pressures(float(_positive("stretch", stretch)))
+        values = positive_array("stretch", stretch)
+        return self._other_pressures(one_real("stretch", values))
 
     def section(self, pressure: float, model: SectionModel = "tangent", valve: Valve = "open") -> Section:
         """Section of the rod that stands for the tube, per rest length.
@@ -599,12 +627,12 @@ class Tube(_core.Tube):
         -------
         SectionAtPressure
         """
-        value = _finite("pressure", pressure)
-        if value.ndim != 0:
-            raise ValueError(f"pressure must be one number, got shape {value.shape}")
-        found = self._section(float(value), model, valve, True)
+        value = one_finite("pressure", pressure)
+        one_of("section model", model, SECTION_MODELS)
+        one_of("valve", valve, VALVES)
+        found = self._section(value, model, valve, True)
         if found["status"] != "converged":
-            raise ValueError(f"no section at a pressure of {float(value):.6g} Pa: {self.inflate(value).message}")
+            raise ValueError(f"no section at a pressure of {value:.6g} Pa: {self.inflate(value).message}")
         return SectionAtPressure(
             found["rest_length"], found["section"], found["d_rest_length"], found["d_section"]
         )
@@ -640,11 +668,3 @@ class Tube(_core.Tube):
         if self.cap_length:
             text += f", cap_length={self.cap_length:.6g}"
         return text + ")"
-
-
-def _positive(name: str, values: ArrayLike) -> Array:
-    array = _finite(name, values)
-    if not np.all(array > 0.0):
-        bad = np.flatnonzero(~(array.ravel() > 0.0))[0]
-        raise ValueError(f"{name} must be positive, got {array.ravel()[bad]}")
-    return array
