@@ -153,3 +153,57 @@ def test_a_picture_of_no_equilibrium_says_so() -> None:
     failed = reference_limb().solve(np.array([5000.0, *[0.0] * 8]) * kPa)
     assert plot.limb(failed).get_suptitle() == "not an equilibrium: limit_point"
     assert plot.limb(failed, figure_axes()).get_title() == "not an equilibrium: limit_point"
+
+
+def tick_boxes(ax) -> list:
+    # In space a label has its place only while drawn: asking the axis for its labels would put it back.
+    axes = [ax.xaxis, ax.yaxis, *([ax.zaxis] if hasattr(ax, "zaxis") else [])]
+    labels = [[tick.label1 for tick in axis.majorTicks] for axis in axes]
+    return [[label.get_window_extent() for label in part if label.get_text()] for part in labels]
+
+
+def test_every_axis_in_space_has_two_ticks_and_their_labels_are_free() -> None:
+    for kPas in ([500] * 9, [90, 60, 30, 60, 40, 20, 50, 50, 50], [0] * 9):
+        figure = plot.limb(reference_limb().solve(np.array(kPas) * kPa, gravity=(0.0, 0.0, 9.81)))
+        figure.draw_without_rendering()
+        space = figure.axes[0]
+        ticks = tick_boxes(space)
+        assert all(len(boxes) >= 2 for boxes in ticks)
+        for view in figure.axes[1:3]:
+            assert len(tick_boxes(view)[0]) >= 2
+        boxes = [box for part in ticks for box in part] + [space.zaxis.label.get_window_extent()]
+        for i, one in enumerate(boxes):
+            assert not any(one.overlaps(other) for other in boxes[i + 1 :]), (kPas, i)
+
+
+def test_labels_of_loads_on_several_plates_keep_off_each_other_and_off_the_ticks() -> None:
+    wrenches = np.array([[0.5, 0, 0, 0, 0.02, 0], [0, 0.4, 0, 0.01, 0, 0], [0, 0, -0.3, 0, 0, 0.02]])
+    pressures = np.array([90, 60, 30, 60, 40, 20, 50, 50, 50]) * kPa
+    figure = plot.limb(reference_limb().solve(pressures, gravity=(0.0, 0.0, 9.81), plate_wrenches=wrenches))
+    figure.draw_without_rendering()
+    written = [text.get_window_extent() for text in figure.axes[0].texts]
+    ticks = [box for part in tick_boxes(figure.axes[0]) for box in part]
+    for i, one in enumerate(written):
+        assert not any(one.overlaps(other) for other in written[i + 1 :] + ticks)
+
+
+def test_rods_without_pressure_are_grey() -> None:
+    from softlimb.limb import Limb, Plate, Rod, Segment
+    from softlimb.plot.limb import _tubes
+
+    rod = Rod(Section(axial=400.0, shear=130.0, bending=0.05, torsion=0.03), 0.2)
+    limb = Limb([*reference_limb(["proximal"]), Segment(rods=[rod] * 3, ring_radius=0.02, plate=Plate(0.0, 0.0))])
+    colours = [tube.colour for tube in _tubes(limb.solve(np.array([60.0, 30.0, 0.0]) * kPa))]
+    assert all(len(set(colour)) == 1 for colour in colours[3:])
+    assert all(len(set(colour)) == 3 for colour in colours[:3])
+
+
+def test_a_sweep_with_one_good_row_or_none_has_readable_axes() -> None:
+    limb = reference_limb(["proximal"])
+    for values in ((10 * kPa, 9000 * kPa), (9000 * kPa,)):
+        batch = limb.sweep([[p] * 3 for p in values], progress=False)
+        axis = scenes.Axis(values, ((1, 1), (1, 2), (1, 3)))
+        for figure in (plot.sweep(batch, [axis]), plot.sweep(batch)):
+            figure.draw_without_rendering()
+            # rounding alone, 1e-16 deg, must not fill an axis
+            assert all(abs(np.diff(ax.get_ylim())[0]) > 0.5 for ax in figure.axes)

@@ -140,11 +140,23 @@ def sweep(batch: Batch, axes: Sequence[Axis] = ()) -> Figure:
         return _over_axis(batch, axes[0])
     tips = batch.tip[:, :3, 3] / mm
     good = tips[np.isfinite(tips).all(axis=1)]
+    failed = len(good) == 0
+    good = np.zeros((1, 3)) if failed else good
     figure, views = _two_views(good)
+    if failed:
+        figure.suptitle("no row succeeded", color=style.LOAD_COLOUR, fontsize=style.FONT_SIZE)
+    colours = dict(zip(("vmin", "vmax"), _range(batch.bending / deg), strict=True))
     hangs = bool(np.asarray(batch.scene.get("gravity", (0.0, 0.0, 0.0)))[2] > 0.0)
     for axis, ax in enumerate(views):
         drawn = ax.scatter(
-            tips[:, axis], tips[:, 2], c=batch.bending / deg, cmap="cividis_r", s=14.0, edgecolors="0.2", linewidths=0.3
+            tips[:, axis],
+            tips[:, 2],
+            c=batch.bending / deg,
+            cmap="cividis_r",
+            s=14.0,
+            edgecolors="0.2",
+            linewidths=0.3,
+            **colours,
         )
         style.finish(ax, f"tip {'xy'[axis]} [mm]", "tip z [mm]")
         _equal(ax, good[:, [axis, 2]], good, hangs)
@@ -170,10 +182,22 @@ def _over_axis(batch: Batch, axis: Axis) -> Figure:
             label=f"tip {name}",
         )
     lower.plot(values, batch.bending / deg, marker="o", markersize=3.5, **style.PREDICTED)
+    low, high = _range(values)
+    lower.set_xlim(low - 0.04 * (high - low), high + 0.04 * (high - low))
+    for ax, drawn in ((upper, batch.tip[:, :3, 3] / mm), (lower, batch.bending / deg)):
+        low, high = _range(drawn)
+        ax.set_ylim(low - 0.06 * (high - low), high + 0.06 * (high - low))
     style.finish(upper, "", "tip position [mm]")
     style.finish(lower, label, "bending of the tip [deg]")
     upper.legend(fontsize=style.FONT_SIZE - 1.0, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
+
+
+def _range(values: Array) -> tuple[float, float]:
+    """Ends of an axis that holds all values, wide enough not to blow rounding errors up: 1 mm, 1 deg or 1 kPa."""
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+    return (low, high) if high - low >= 1.0 else (0.5 * (low + high) - 0.5, 0.5 * (low + high) + 0.5)
 
 
 def _tip(colour: str) -> dict[str, Any]:

@@ -25,6 +25,7 @@ _WIDTH, _HEIGHT = 180.0, 110.0  # of the figure: a text column and a half of mos
 _AROUND = 20  # faces around a tube
 _ALONG = 28  # rings along a tube
 _PLATE_COLOUR = (0.66, 0.69, 0.72)
+_ROD_COLOUR = (0.82, 0.82, 0.82)  # no colour of the pressures: what has none
 _FILL = 0.76  # how much of the axes the limb fills; ticks and labels need the rest
 _ELEVATION, _AZIMUTH = 14.0, -62.0  # of the viewer [deg]
 
@@ -129,8 +130,8 @@ def side_view(posture: Posture, ax: Axes, axis: int) -> Axes:
     scale = float(np.min(on_paper / np.ptp(limits[shown], axis=1)))
     # A tick label is 6 mm wide and 3 mm high on paper.
     ax.tick_params(labelsize=style.FONT_SIZE - 2.0)
-    ax.xaxis.set_major_locator(_ticks(7.0 / scale))
-    ax.yaxis.set_major_locator(_ticks(7.0 / scale))
+    ax.xaxis.set_major_locator(_ticks(7.0 / scale, *limits[axis]))
+    ax.yaxis.set_major_locator(_ticks(7.0 / scale, *limits[2]))
     return ax
 
 
@@ -173,11 +174,11 @@ def _tubes(posture: Posture) -> Iterator[_Tube]:
     actuator = 0
     for segment, rods in zip(posture.limb.segments, posture.rods, strict=True):
         for rod in rods:
-            share = 0.3
+            colour: Colour = _ROD_COLOUR
             if pressures is not None and segment.actuators:
                 share = max(0.0, float(pressures[actuator])) / _largest_pressure(posture)
+                colour = tuple(colormaps[style.PRESSURE_COLOURS](low + (high - low) * share)[:3])
                 actuator += 1
-            colour = tuple(colormaps[style.PRESSURE_COLOURS](low + (high - low) * share)[:3])
             yield _Tube(rod.centreline(_ALONG), rod.radius or thin, colour)
 
 
@@ -213,13 +214,17 @@ def _limits(posture: Posture) -> Array:
     return np.stack([middle - 0.5 * span, middle + 0.5 * span], axis=1)
 
 
-def _ticks(least: float) -> Any:
-    """Ticks at round distances [mm], at least so far apart."""
-    from matplotlib.ticker import MultipleLocator
+def _ticks(least: float, low: float, high: float) -> Any:
+    """Ticks at round distances, at least `least` apart [mm]; where that leaves fewer than two, one towards each end."""
+    from matplotlib.ticker import FixedLocator
 
-    return MultipleLocator(
-        next((step for step in (5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0) if step >= least), 1000.0)
-    )
+    steps = [digit * 10.0**power for power in range(-2, 5) for digit in (1.0, 2.0, 5.0)]
+    step = next((step for step in steps if step >= least), steps[-1])
+    first, last = int(np.ceil(low / step)), int(np.floor(high / step))
+    if last > first:
+        return FixedLocator([step * i for i in range(first, last + 1)])
+    fine = max((step for step in steps if step <= (high - low) / 3.0), default=steps[0])
+    return FixedLocator([fine * float(np.ceil(low / fine)), fine * float(np.floor(high / fine))])
 
 
 def _rings(points: Array, radius: float) -> Array:
@@ -282,6 +287,10 @@ class _Camera:
         up = np.cross(towards, right)
         return cls(-right, -up, towards, 180.0) if _hangs(posture) else cls(right, up, towards, 0.0)
 
+    @property
+    def plane(self) -> tuple[Array, Array]:
+        return self.right, self.up
+
     def flat(self, points: Array) -> Array:
         return np.stack([points @ self.right, points @ self.up], axis=-1)
 
@@ -316,21 +325,30 @@ def _draw_space(posture: Posture, ax: Any, loads: bool) -> None:
     ax.set_ylim(middle[1] - span[1] / 2, middle[1] + span[1] / 2)
     ax.set_zlim(middle[2] - span[2] / 2, middle[2] + span[2] / 2)
     corners = np.array(np.meshgrid(*([-0.5, 0.5],) * 3)).reshape(3, -1).T * span
-    seen = np.ptp(camera.flat(corners), axis=0).max() / np.linalg.norm(span)
+    extent = float(np.ptp(camera.flat(corners), axis=0).max())
+    seen = extent / np.linalg.norm(span)
     ax.set_proj_type("ortho")
     # matplotlib scales by the box's diagonal; what counts is what the viewer sees of it.
     ax.set_box_aspect(tuple(span), zoom=_FILL / seen)
     ax.view_init(elev=_ELEVATION, azim=_AZIMUTH, roll=camera.roll)
-    for name in "xyz":
+    window = ax.get_window_extent()
+    scale = _FILL * min(window.width, window.height) / ax.figure.dpi * 25.4 / extent  # of the paper
+    for i, name in enumerate("xyz"):
         line = getattr(ax, f"{name}axis")
+        low, high = middle[i] - 0.5 * span[i], middle[i] + 0.5 * span[i]
+        # At the corner of largest x and least y the numbers of both axes would meet.
+        ends = (low + (8.5 / scale if name == "y" else 0.0), high - (4.5 / scale if name == "x" else 0.0))
         line.set_label_text(f"{name} [mm]", fontsize=style.FONT_SIZE)
         line.labelpad = -3.0
         line.set_pane_color((1.0, 1.0, 1.0, 0.0))
-        line.set_major_locator(_ticks(float(span.max()) / 9.0))
+        line.pane.set_edgecolor((0.8, 0.8, 0.8))  # without its edges the box seems to be cut off
+        # A number is 6 mm wide and 3 mm high on paper; y is seen from its end.
+        line.set_major_locator(_ticks((9.0, 14.0, 6.0)[i] / scale, *ends))
         line._axinfo["grid"].update(color="0.88", linewidth=0.5)
     ax.tick_params(labelsize=style.FONT_SIZE - 2.0, pad=0.0)
     # The numbers of z stand beside an upright axis, not below a sloping one: they are wider than high.
-    ax.zaxis.labelpad = 6.0 if camera.roll else 5.0
+    letters = len(f"{np.abs(limits[2]).max():.0f}")
+    ax.zaxis.labelpad = (8.0 if camera.roll else 6.0) + 4.0 * max(0, letters - 3)
     ax.tick_params(axis="z", pad=4.0 if camera.roll else 3.0)
 
 
@@ -365,7 +383,6 @@ def _draw_loads(posture: Posture, ax: Any, corners: Array, limits: Array, camera
         shafts = [arrow.start + share * arrow.reach for arrow in arrows for share in np.linspace(0.0, 1.3, 6)]
         taken = np.concatenate([corners, np.reshape(shafts, (-1, 3))])
         arrows.append(_Arrow(_free_corner(limits, reach, taken, camera), reach, text, style.GRAVITY_COLOUR, "-"))
-    labels: list[Array] = []
     for arrow in arrows:
         ax.quiver(
             *arrow.start,
@@ -376,12 +393,10 @@ def _draw_loads(posture: Posture, ax: Any, corners: Array, limits: Array, camera
             arrow_length_ratio=0.25,
             zorder=10,
         )
-        across, upwards = camera.flat(arrow.reach) / max(float(np.linalg.norm(camera.flat(arrow.reach))), 1e-9 * size)
-        place = arrow.start + arrow.reach + 0.06 * size * (across * camera.right + upwards * camera.up)
-        # A label too close to an earlier one moves up the picture until it is free.
-        while any(np.all(np.abs(camera.flat(place - other)) < size * np.array([0.3, 0.075])) for other in labels):
-            place = place + 0.02 * size * camera.up
-        labels.append(place)
+    ends = [point for arrow in arrows for point in (arrow.start, arrow.start + arrow.reach)]
+    for arrow, (place, half) in zip(arrows, _label_places(arrows, size, camera), strict=True):
+        # The whole label goes into the box: outside it are the numbers of the axes.
+        ends += [place + sign * h * axis for sign in (-1.0, 1.0) for h, axis in zip(half, camera.plane, strict=True)]
         ax.text(
             *place,
             arrow.text,
@@ -393,10 +408,40 @@ def _draw_loads(posture: Posture, ax: Any, corners: Array, limits: Array, camera
             linespacing=1.0,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.4},
         )
-    ends = np.array([point for arrow in arrows for point in (arrow.start, arrow.start + arrow.reach)] + labels)
-    if not len(ends):
+    if not ends:
         return limits
-    return np.stack([np.minimum(limits[:, 0], ends.min(axis=0)), np.maximum(limits[:, 1], ends.max(axis=0))], axis=1)
+    return np.stack([np.minimum(limits[:, 0], np.min(ends, axis=0)), np.maximum(limits[:, 1], np.max(ends, axis=0))], 1)
+
+
+# Half of a label of 8 pt, as parts of the picture's size of 60 mm or more: a letter's width, a line's height.
+_HALF_LETTER, _HALF_LINE = 0.0125, 0.027
+
+
+def _label_places(arrows: list[_Arrow], size: float, camera: _Camera) -> Iterator[tuple[Array, Array]]:
+    """Centre and half size of each arrow's label: near its head, off all arrows and off the labels before it."""
+    shafts = [camera.flat(arrow.start + np.linspace(0.0, 1.0, 15)[:, None] * arrow.reach) for arrow in arrows]
+    taken = np.concatenate(shafts) if shafts else np.zeros((0, 2))
+    placed: list[tuple[Array, Array]] = []
+    for arrow, shaft in zip(arrows, shafts, strict=True):
+        lines = arrow.text.split("\n")
+        half = size * np.array([_HALF_LETTER * max(len(line) for line in lines), _HALF_LINE * len(lines)])
+        along = shaft[-1] - shaft[0]
+        heading = float(np.arctan2(along[1], along[0]))
+        best, fewest = np.zeros(2), np.inf
+        # Straight ahead first, then turning away to both sides, then farther out.
+        for gap in (0.025, 0.07, 0.12, 0.18, 0.25):
+            for turn in np.radians([0, 30, -30, 60, -60, 90, -90, 120, -120]):
+                way = np.array([np.cos(heading + turn), np.sin(heading + turn)])
+                shift = way * (gap * size + float(np.min(half / np.maximum(np.abs(way), 1e-9))))
+                flat = shaft[-1] + shift
+                over = np.all(np.abs(taken - flat) < half + 0.012 * size, axis=1).sum()
+                over += sum(10 * bool(np.all(np.abs(flat - other) < half + extent)) for other, extent in placed)
+                if over < fewest:
+                    best, fewest = shift, over
+            if fewest == 0:
+                break
+        placed.append((shaft[-1] + best, half))
+        yield arrow.start + arrow.reach + best[0] * camera.right + best[1] * camera.up, half
 
 
 def _load_arrows(posture: Posture, size: float) -> Iterator[_Arrow]:
