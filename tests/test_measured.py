@@ -215,3 +215,9 @@ def test_the_synthetic_example_is_what_its_script_makes_and_says_so() -> None:
     numbers = [[float(x) for x in line.split(",")] for line in stored.splitlines()[4:]]
     again = [[float(x) for x in line.split(",")] for line in namespace["text"]().splitlines()[4:]]
     assert_allclose(numbers, again, rtol=0, atol=0.011)
+
+
+@pytest.mark.parametrize("header", ["pressure_kPa,bending_deg,bending_deg", "pressure_kPa,bending_deg,bending_rad"])
+def test_a_column_given_twice_is_refused(tmp_path: Path, header: str) -> None:
+    with pytest.raises(ValueError, match="keep one"):
+        measured.read_measured(write(tmp_path / "a.csv", f"{header}\n1,2,3\n"))

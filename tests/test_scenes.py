@@ -368,3 +368,42 @@ def test_two_ranges_of_one_actuator_are_refused_by_its_name() -> None:
         Scene.from_dict({"limb": limb, "scene": {"sweep": [one, two]}})
     with pytest.raises(ValueError, match=r"actuator \[2, 1\] is twice in range 1"):
         Scene(limb=reference_limb(), sweep_axes=(Axis((1.0,), ((2, 1), (2, 1))),))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "[limb.materials.m]\nlaw = 'yeoh'\nc1_MPa = [1.0]\n" + SEGMENT,
+            "`c1_MPa` must be a number, got a list, in [limb.materials.m]",
+        ),
+        (
+            TUBE + LAYER + SEGMENT.replace("['a']", "[1.0]"),
+            "`actuators` must be a list of strings, but holds a number, 1.0, in [limb.segments",
+        ),
+        (
+            PRESET + "[scene.held_tip]\nposition_mm = [0, 0, 700]\nfreedoms = ['x', 'x']\n",
+            "`freedoms` lists 'x' 2 times",
+        ),
+    ],
+)
+def test_a_value_of_a_wrong_type_or_given_twice_is_named(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError) as caught:
+        Scene.from_toml(tmp_path / "scene.toml")
+    assert message in str(caught.value)
+
+
+def test_a_scene_without_a_limb_is_refused() -> None:
+    with pytest.raises(ValueError, match="limb must be a Limb, got None"):
+        Scene(limb=None)
+
+
+def test_a_reloaded_scene_equals_the_original(tmp_path: Path) -> None:
+    for name, scene in (("full", full_scene()), ("bare", Scene(limb=reference_limb()))):
+        scene.to_toml(tmp_path / f"{name}.toml")
+        again = Scene.from_toml(tmp_path / f"{name}.toml")
+        assert again == scene
+        assert hash(again) == hash(scene)
+        assert again.replaced(tip_force=np.array([9.0, 0.0, 0.0])) != scene
+        assert again.replaced(pressures=np.ones(9)) != scene

@@ -481,6 +481,9 @@ class _CsvTable:
                     f"{path} has no column `{theirs}`; it has {', '.join(f'`{n.strip()}`' for n in rows[0])}"
                 )
         self.header = [renamed.get(name.strip(), name.strip()) for name in rows[0]]
+        twice = next((name for name in self.header if name and self.header.count(name) > 1), None)
+        if twice is not None:
+            raise ValueError(f"{path}: column `{twice}` is there {self.header.count(twice)} times: keep one")
         self.rows = [(number, row) for (number, _), row in zip(kept[1:], rows[1:], strict=True)]
 
     def mentions(self, quantity: str) -> bool:
@@ -516,10 +519,17 @@ class _CsvTable:
         return np.array(kept), len(self.rows) - len(kept)
 
     def _column(self, quantity: str, dimension: Dimension) -> tuple[int, float]:
-        for index, name in enumerate(self.header):
-            for unit, factor in dimension.factors.items():
-                if name == f"{quantity}_{unit}":
-                    return index, factor
+        found = [
+            (index, factor)
+            for index, name in enumerate(self.header)
+            for unit, factor in dimension.factors.items()
+            if name == f"{quantity}_{unit}"
+        ]
+        if len(found) > 1:
+            names = " and ".join(f"`{self.header[index]}`" for index, _ in found)
+            raise ValueError(f"{self.path}: columns {names} give the same thing: keep one")
+        if found:
+            return found[0]
         listed = dimension.listed(quantity)
         for name in self.header:
             if name == quantity:

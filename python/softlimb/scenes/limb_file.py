@@ -234,7 +234,11 @@ def _law_from_dict(content: Mapping[str, Any], where: str) -> Law:
     plain = [key for key in coefficients if key in _PLAIN_COEFFICIENTS]
     table = Table(content, where, quantities=quantities, others=("law", "max_strain", "source", *plain))
     table.text("source", "")
-    values: dict[str, Any] = {key: table.nested(key) for key in coefficients if key in table}
+    values: dict[str, Any] = {}
+    for key in coefficients:
+        if key in table:
+            # Ogden's law alone is a sum of any number of terms.
+            values[key] = table.nested(key) if "alpha" in coefficients else _coefficient(table, key)
     if "density" in table:
         values["density"] = table.quantity("density")
     if "max_strain" in table:
@@ -247,6 +251,10 @@ def _law_from_dict(content: Mapping[str, Any], where: str) -> Law:
         raise table.error(f"law {name!r} takes the coefficients {', '.join(coefficients)}; given: {given}") from None
     except ValueError as error:
         raise table.error(f"{error}") from None
+
+
+def _coefficient(table: Table, key: str) -> float:
+    return table.quantity(key) if key in table.quantities else table.number(key)
 
 
 def _law_named(name: str, laws: Mapping[str, Law], table: Table) -> Law:

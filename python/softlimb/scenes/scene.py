@@ -168,6 +168,27 @@ class Scene:
         """Number of actuators of each segment."""
         return actuator_counts(self.limb)
 
+    def __eq__(self, other: object) -> bool:
+        """The same limb and the same numbers; loads of zero are the same as none."""
+        if not isinstance(other, Scene):
+            return NotImplemented
+        return self.limb == other.limb and all(
+            _same(mine, theirs) for mine, theirs in zip(self._compared(), other._compared(), strict=True)
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.limb, self.title, self.description, self.frame, self.tolerance))
+
+    def _compared(self) -> list[Any]:
+        """What equality looks at besides the limb: every field, a load of zeros like no load."""
+        values = {entry.name: getattr(self, entry.name) for entry in dataclasses.fields(self) if entry.name != "limb"}
+        for name in ("plate_wrenches", "rod_forces", "rod_moments"):
+            if values[name] is not None and not any(np.any(part) for part in values[name]):
+                values[name] = None
+        if self.tip_pose is not None and self.tip_held is None:
+            values["tip_held"] = (True,) * 6
+        return list(values.values())
+
     def solve(self, pressures: ArrayLike | None = None, **options: Any) -> Posture:
         """The posture of the scene.
 
@@ -342,6 +363,17 @@ class Scene:
         write_document(self.to_dict(), path)
 
 
+def _same(one: Any, other: Any) -> bool:
+    """Equal, arrays and tuples of arrays entry by entry."""
+    if one is None or other is None:
+        return one is other
+    if isinstance(one, (tuple, list)) and isinstance(other, (tuple, list)):
+        return len(one) == len(other) and all(_same(a, b) for a, b in zip(one, other, strict=True))
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return np.array_equal(one, other)
+    return bool(one == other)
+
+
 def actuator_counts(limb: Limb) -> tuple[int, ...]:
     """Number of actuators of each segment; rods given directly do not count."""
     return tuple(len(segment.actuators) for segment in limb.segments)
@@ -479,6 +511,8 @@ def _held_tip(table: Table) -> dict[str, Any]:
     part = Table(content, table.path("held_tip"), quantities={"position": LENGTH}, others=("rotation", "freedoms"))
     held = part.texts("freedoms") if "freedoms" in part else list(_FREEDOMS)
     for name in held:
+        if held.count(name) > 1:
+            raise part.error(f"`freedoms` lists {name!r} {held.count(name)} times")
         if name not in _FREEDOMS:
             raise part.error(f"`freedoms` must be out of {', '.join(_FREEDOMS)}, got {name!r},")
     content.pop("freedoms", None)

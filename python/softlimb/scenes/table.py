@@ -210,8 +210,11 @@ class Table:
         if name not in self:
             raise self._missing(name)
         value = self.content[name]
-        if not isinstance(value, list) or not all(isinstance(entry, str) for entry in value):
+        if not isinstance(value, list):
             raise self.error(f"`{name}` must be a list of strings, got {_described(value)},")
+        for entry in value:
+            if not isinstance(entry, str):
+                raise self.error(f"`{name}` must be a list of strings, but holds {_described(entry)},")
         return list(value)
 
     def mapping(self, name: str) -> Mapping[str, Any]:
