@@ -30,6 +30,9 @@ def real_array(name: str, value: ArrayLike) -> Array:
     ValueError
         Anything but real numbers: texts, truth values, dates and complex numbers, also where numpy would convert them.
     """
+    # The usual kinds first: the full check takes longer than a tube's equilibrium.
+    if type(value) is float or (type(value) is np.ndarray and value.dtype.kind == "f" and value.dtype.itemsize <= 8):
+        return np.array(value, dtype=np.float64)
     rule = f"{name} must be a number or an array of numbers, got {shown(value)}"
     try:
         given = np.asarray(value)
