@@ -254,7 +254,7 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
         // buckled round column about its axis. A ten-millionth of the rods' stiffness on every freedom pins that move
         // and leaves the others as they are; without it Newton wanders along the continuum of equal answers.
         if (!report.neutral_mode && report.residual < 1e-8 && size > settings.tolerance &&
-            size > 1e5 * report.residual) {
+            size > 1e8 * report.residual) {
             report.neutral_mode = true;
             shift_.setZero();
             for (const RodAtPressure& rod : scene_.rods) {
@@ -288,6 +288,12 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
             apply(1.0, shape);
             ++report.iterations;
             report.status = SolveStatus::converged;
+            if (report.neutral_mode) {
+                // Modes are counted with a hundredth of the shift: above the noise of a neutral mode's eigenvalue, and
+                // below all but the last few millionths on the way to a fold.
+                shift_ *= 0.01;
+                if (!linearise(shape)) report.status = SolveStatus::singular_jacobian;
+            }
             count_modes(report);
             return report;
         }

@@ -162,7 +162,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     // A saddle of the mesh is worth a word only if the exact rods have an unstable posture there too.
     const auto is_unstable_posture = [&](Shape shape) {
         for (RodShape& rod : shape.rods) split_elements(rod, std::max(1, 4 / rod.elements()));
-        set_geodesic_wrenches(scene, shape);
+        set_geodesic_wrenches(scene, shape, Stiffness::softened);
         Equilibrium other(geometry, scene);
         int ignored = 0;
         const Attempt met = refine(scene, options, work, other, shape, ignored);
@@ -190,11 +190,11 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         }
     } else {
         shape = geodesic_shape(geometry, scene, constant_curvature_plates(geometry, scene), 1);
-        set_geodesic_wrenches(scene, shape);
+        set_geodesic_wrenches(scene, shape, Stiffness::softened);
         if (!options.prefer_stable) {
             Shape fine = shape;
             for (RodShape& rod : fine.rods) split_elements(rod, 4);
-            set_geodesic_wrenches(scene, fine);
+            set_geodesic_wrenches(scene, fine, Stiffness::softened);
             Attempt attempt = refine(scene, options, work, equilibrium, fine, solution.iterations);
             if (attempt.converged()) {
                 solution.plan.push_back("started from constant curvature: Newton alone, any equilibrium accepted");
@@ -216,7 +216,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         DescentReport fine = descend(geometry, scene, work, shape, solution.descent_iterations);
         if (fine.saddle && !saddle) saddle = std::move(fine.saddle);
         Shape warm = shape;
-        set_geodesic_wrenches(scene, warm);
+        set_geodesic_wrenches(scene, warm, Stiffness::softened);
         Attempt attempt = refine(scene, options, work, equilibrium, warm, solution.iterations);
         if (attempt.converged()) {
             const bool same = distance(geometry, attempt.shape, shape) < 3.0 / parts;
@@ -258,7 +258,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     if (last.shape.plates.empty()) {
         // Not even one mesh was tried: the best point is where the descent stands.
         last.shape = shape;
-        set_geodesic_wrenches(scene, last.shape);
+        set_geodesic_wrenches(scene, last.shape, Stiffness::softened);
     }
     fill(scene, equilibrium, last, solution);
     switch (last.report.status) {

@@ -99,10 +99,10 @@ Section softened(const RodAtPressure& rod) {
     return section;
 }
 
-void set_geodesic_wrenches(const Scene& scene, Shape& shape) {
+void set_geodesic_wrenches(const Scene& scene, Shape& shape, Stiffness stiffness) {
     for (std::size_t i = 0; i < shape.rods.size(); ++i) {
         RodShape& rod = shape.rods[i];
-        const Section section = softened(scene.rods[i]);
+        const Section section = stiffness == Stiffness::softened ? softened(scene.rods[i]) : scene.rods[i].section;
         const rod::RodPiece piece{&section, scene.rods[i].rest_length / rod.elements(),
                                   scene.line_load(static_cast<int>(i))};
         for (int e = 0; e < rod.elements(); ++e)
@@ -115,7 +115,7 @@ Shape start_from_plates(const Geometry& geometry, const Scene& scene, const std:
     std::vector<Pose> held = plates;
     for (int j = 0; j < geometry.plates(); ++j) meet_hold(scene.holds[j], held[j]);
     Shape shape = geodesic_shape(geometry, scene, held, elements);
-    set_geodesic_wrenches(scene, shape);
+    set_geodesic_wrenches(scene, shape, Stiffness::exact);
     return shape;
 }
 

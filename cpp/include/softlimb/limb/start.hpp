@@ -17,8 +17,10 @@ Shape start_from_plates(const Geometry& geometry, const Scene& scene, const std:
 /// posture by less than a hundred-thousandth of its load over EI/l^2, but turns the energy into a narrow curved valley.
 Section softened(const RodAtPressure& rod);
 
-/// Base wrenches of all pieces from the strains of their geodesics.
-void set_geodesic_wrenches(const Scene& scene, Shape& shape);
+/// Base wrenches of all pieces from the strains of their geodesics, with the rods' own stiffness or as the descent that
+/// found the shape saw it.
+enum class Stiffness { exact, softened };
+void set_geodesic_wrenches(const Scene& scene, Shape& shape, Stiffness stiffness);
 
 /// Splits every element of rod i into `parts` along its geodesic.
 void split_elements(RodShape& rod, int parts);
