@@ -16,7 +16,7 @@ from softlimb._core import NeoHookean, Yeoh
 from softlimb.materials.law import Law
 from softlimb.units import MPa
 
-# Densities: specific gravity of the manufacturer's data sheets.
+# Densities: nominal values for these silicones, not looked up in a data sheet; give your own where the weight matters.
 DRAGON_SKIN_30 = Yeoh(c1=0.0861 * MPa, c2=0.0136 * MPa, density=1080.0, max_strain=0.5)
 SMOOTHSIL_950 = NeoHookean(c1=0.34 * MPa, density=1240.0)
 DRAGON_SKIN_10 = Yeoh(c1=0.02185 * MPa, c2=0.002753 * MPa, density=1070.0, max_strain=1.0)
