@@ -144,8 +144,8 @@ std::string count_of(int modes) { return std::to_string(modes) + (modes == 1 ? "
 Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions& options, const Shape* start) {
     Solution solution;
     solution.conservative = scene.conservative();
-    // A cold start of the reference limb takes about 2 000 evaluations of its nine rods, a rod wound into five turns 40
-    // 000.
+    // A cold start of the reference limb takes about 2 000 evaluations of its nine rods; a rod wound into five turns
+    // takes 40 000.
     solve::Work work(40'000L * (1 + static_cast<long>(scene.rods.size())), options.interrupted);
     solution.reactions.assign(geometry.plates(), Vector6::Zero());  // of a solve that fails: verification reads them
     Equilibrium equilibrium(geometry, scene);

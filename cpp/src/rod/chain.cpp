@@ -65,13 +65,6 @@ void Chain::recover(std::vector<Vector6>& nodes) const {
     }
 }
 
-void Chain::recover_homogeneous(std::vector<Vector6>& nodes) const {
-    for (int k = elements() - 1; k >= 1; --k) {
-        const Elimination& e = eliminations_[k - 1];
-        nodes[k] = -(e.by_first * nodes[0] + e.by_next * nodes[k + 1]);
-    }
-}
-
 Vector12 Chain::condense_loads(const std::vector<Vector12>& loads, std::vector<Vector6>& interior) const {
     Vector12 ends = loads[0];
     for (int k = 1; k < elements(); ++k) {

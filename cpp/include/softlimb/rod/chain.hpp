@@ -32,8 +32,6 @@ public:
     /// Moves of the interior nodes, given those of the ends; `nodes` has elements()+1 entries, of which first and last
     /// are inputs.
     void recover(std::vector<Vector6>& nodes) const;
-    /// The same without the right-hand side: linear response of the interior to the ends alone.
-    void recover_homogeneous(std::vector<Vector6>& nodes) const;
 
     /// Forces at the ends (g1, g2) of a load on the interior and element ends: `loads[e]` are the forces of element e;
     /// used for responses to parameters. Call after `condense`; `recover_with` uses the same loads.
