@@ -210,14 +210,19 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     solution.plan.push_back(start ? "the given start was not enough: descent of the energy from there"
                                   : "no start given: descent of the energy from constant curvature");
     Attempt last;
-    for (int parts : {4, 8, 16, 32, 64}) {
+    constexpr int finest = 64;
+    for (int parts = 4; parts <= finest; parts *= 2) {
         if (work.exhausted()) break;
         for (RodShape& rod : shape.rods) split_elements(rod, std::max(1, parts / rod.elements()));
         DescentReport fine = descend(geometry, scene, work, shape, solution.descent_iterations);
         if (fine.saddle && !saddle) saddle = std::move(fine.saddle);
         Shape warm = shape;
         set_geodesic_wrenches(scene, warm, Stiffness::softened);
-        Attempt attempt = refine(scene, options, work, equilibrium, warm, solution.iterations);
+        // From a mesh that is fine enough Newton takes three to six iterations. One that takes many more is lost, and a
+        // finer mesh costs less than to wait for it.
+        SolveOptions brief = options;
+        if (parts < finest) brief.max_iterations = std::min(options.max_iterations, 12);
+        Attempt attempt = refine(scene, brief, work, equilibrium, warm, solution.iterations);
         if (attempt.converged()) {
             const bool same = distance(geometry, attempt.shape, shape) < 3.0 / parts;
             if (same && good_enough(attempt)) {
@@ -232,7 +237,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
             if (!unstable || attempt.stable()) unstable = attempt;
         }
         last = std::move(attempt);
-        if (parts != 4 || solution.conservative) continue;
+        if (parts != 16 || solution.conservative) continue;
         // No potential to descend and no luck near where the work led: the loads themselves are the way.
         SolveOptions bare_options = options;
         bare_options.tolerance = std::max(options.tolerance, 1e-6);
