@@ -28,6 +28,7 @@ PYTHON_ORDER = [
     ["quantities", "materials"],
     ["tube"],
     ["posture"],
+    ["path"],
     ["limb"],
     ["presets"],
     ["scenes"],

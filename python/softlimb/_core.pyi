@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['DruckerCheck', 'Fibres', 'Gent', 'Geometry', 'Layer', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'integrator_orders', 'law_class_names', 'rod_end', 'thread_geometry']
+__all__: list[str] = ['DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'follow', 'integrator_orders', 'law_class_names', 'rod_end', 'thread_geometry']
 class Section:
     """
     Stiffness of a rod's cross-section, per rest length, SI.
@@ -2274,9 +2274,37 @@ class Geometry:
         """
         Reference length [m]
         """
+class FollowedPath:
+    """
+    Equilibria along one parameter.
+    """
+    def between(self, after: typing.SupportsInt | typing.SupportsIndex, parameter: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, Posture] | None:
+        """
+        Arclength and posture at a parameter between points `after` and `after` + 1, or None.
+        """
+    def event_posture(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> Posture:
+        ...
+    def posture(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> Posture:
+        ...
+    @property
+    def arclengths(self) -> list[float]:
+        ...
+    @property
+    def end(self) -> str:
+        ...
+    @property
+    def events(self) -> list[tuple[str, int, float]]:
+        ...
+    @property
+    def parameters(self) -> list[float]:
+        ...
 def axial_strain(section: Section, force: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float]:
     """
     Strain v3 - 1 and its derivative to the force [1/N] of a section's axial law at a force [N], without end moment.
+    """
+def follow(geometry: Geometry, scene_at: collections.abc.Callable[[float], Scene | None], first: Posture, *, start: typing.SupportsFloat | typing.SupportsIndex, stop: typing.SupportsFloat | typing.SupportsIndex, tolerance: typing.SupportsFloat | typing.SupportsIndex, largest_step: typing.SupportsFloat | typing.SupportsIndex, max_points: typing.SupportsInt | typing.SupportsIndex) -> FollowedPath:
+    """
+    Follows the equilibrium `first`; scene_at(parameter) gives a Scene, or None where there is none.
     """
 def integrator_orders() -> list[int]:
     """

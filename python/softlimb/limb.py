@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -11,11 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from softlimb import _core
 from softlimb._core import Section
+from softlimb.path import Path
 from softlimb.posture import Posture, RodPosture, Verification
 from softlimb.tube import SectionModel, Tube, Valve
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    import pathlib
 
     from softlimb.sweep import Batch
 
@@ -301,6 +302,38 @@ def _ring(count: int, radius: float) -> Array:
     return frames
 
 
+@dataclass(frozen=True)
+class _Scene:
+    """A scene as the core wants it, with what a posture keeps of the arguments that it came from."""
+
+    core: _core.Scene
+    pressures: Array | None
+    rest_lengths: Array
+    loads: dict[str, Any]
+    model: tuple[SectionModel, Valve]
+    refusal: tuple[str, str] | None  # status and reason where an actuator has no state
+
+
+# What a scene depends on: the arguments of `Limb.solve` except those of the solver.
+_SCENE_ARGUMENTS = (
+    "pressures",
+    "rest_lengths",
+    "gravity",
+    "tip_force",
+    "tip_moment",
+    "plate_wrenches",
+    "frame",
+    "rod_forces",
+    "rod_moments",
+    "tip_pose",
+    "tip_held",
+    "plate_poses",
+    "plate_held",
+    "section",
+    "valve",
+)
+
+
 class Limb:
     """Segments in series, from the base upwards.
 
@@ -340,13 +373,13 @@ class Limb:
         return float(rods) + sum(segment.plate.mass for segment in self.segments)
 
     @classmethod
-    def from_toml(cls, path: str | Path) -> Limb:
+    def from_toml(cls, path: str | pathlib.Path) -> Limb:
         """Read a limb from a TOML file; unknown keys, wrong types and missing units raise ValueError."""
         from softlimb.scenes import read_limb
 
         return read_limb(path)
 
-    def to_toml(self, path: str | Path) -> None:
+    def to_toml(self, path: str | pathlib.Path) -> None:
         """Write the limb as a TOML file that `from_toml` reads back unchanged."""
         from softlimb.scenes import write_limb
 
@@ -427,6 +460,182 @@ class Limb:
         -----
         Balance of the plates: Zhang et al. eq. 7-10 with the lever arms of MECHANICS, "Limb".
         """
+        if not isinstance(prefer_stable, (bool, np.bool_)):
+            raise TypeError(f"prefer_stable must be True or False, got {prefer_stable!r}")
+        tolerance = _tolerance(tolerance)
+        first, first_plates = self._start(start)
+        scene = self._scene(
+            first,
+            first_plates,
+            pressures=pressures,
+            rest_lengths=rest_lengths,
+            gravity=gravity,
+            tip_force=tip_force,
+            tip_moment=tip_moment,
+            plate_wrenches=plate_wrenches,
+            frame=frame,
+            rod_forces=rod_forces,
+            rod_moments=rod_moments,
+            tip_pose=tip_pose,
+            tip_held=tip_held,
+            plate_poses=plate_poses,
+            plate_held=plate_held,
+            section=section,
+            valve=valve,
+        )
+        if scene.refusal is None:
+            solved = self._geometry.solve(
+                scene.core,
+                tolerance=tolerance,
+                prefer_stable=bool(prefer_stable),
+                start=first,
+                start_plates=first_plates,
+            )
+        else:
+            solved = self._geometry.refused(scene.core, status=scene.refusal[0], message=scene.refusal[1])
+        return self._posture(scene, solved, tolerance)
+
+    def follow(
+        self,
+        arguments: Callable[[float], Mapping[str, Any]],
+        start: float,
+        stop: float,
+        *,
+        posture: Posture | None = None,
+        tolerance: float = 1e-6,
+        largest_step: float = 0.1,
+        max_points: int = 500,
+        **common: Any,
+    ) -> Path:
+        """Follow a posture while one parameter of its scene changes, through folds.
+
+        Parameters
+        ----------
+        arguments : callable
+            Value of the parameter -> those arguments of `solve` that depend on it, for instance
+            ``lambda force: {"tip_force": (0, 0, -force)}``. Smooth; also called a little outside ``start`` .. ``stop``.
+        start, stop : float
+            Where the parameter starts and where the path ends. A path that meets a fold turns back and may end at
+            ``start`` again, on another posture.
+        posture : Posture, optional
+            Where to start, an equilibrium at ``start``. Default: `solve` there.
+        tolerance : float
+            Of every posture, as for `solve`.
+        largest_step : float
+            Of the arclength: root of the mean square move of plates and nodes (limb lengths, radians) and of the
+            parameter (in units of ``stop - start``).
+        max_points : int
+            Where a path that does not end is cut.
+        **common
+            The other arguments of `solve`.
+
+        Returns
+        -------
+        Path
+            With ``parameters``, ``postures``, ``folds``, ``bifurcations``, and ``at(parameter)``.
+
+        Raises
+        ------
+        ValueError
+            ``start`` equals ``stop``, or an argument is one that `solve` refuses.
+        TypeError
+            ``arguments`` is no callable, or does not return a mapping of arguments of `solve`.
+
+        Notes
+        -----
+        MECHANICS, "Paths".
+        """
+        if not callable(arguments):
+            raise TypeError(f"arguments must be a callable of the parameter, got {type(arguments).__name__}")
+        first_value, last_value = _finite("start", start), _finite("stop", stop)
+        if first_value == last_value:
+            raise ValueError(f"start and stop must differ, got {start!r} twice")
+        tolerance = _tolerance(tolerance)
+        step = _number("largest_step", largest_step, positive=True)
+        if not isinstance(max_points, (int, np.integer)) or isinstance(max_points, bool) or max_points < 2:
+            raise ValueError(f"max_points must be a whole number of at least 2, got {max_points!r}")
+        if posture is not None and not isinstance(posture, Posture):
+            raise TypeError(f"posture must be a Posture, got {type(posture).__name__}")
+
+        def at(value: float) -> dict[str, Any]:
+            given = arguments(value)
+            if not isinstance(given, Mapping):
+                raise TypeError(f"arguments({value:.6g}) must be a mapping of solve's arguments, got {given!r}")
+            for name in (*given, *common):
+                if name not in _SCENE_ARGUMENTS:
+                    raise TypeError(f"{name!r} cannot be followed: expected one of {', '.join(_SCENE_ARGUMENTS)}")
+            twice = sorted(set(given) & set(common))
+            if twice:
+                raise TypeError(f"{twice[0]!r} is given both by the parameter and as a constant")
+            return {**common, **given}
+
+        first = self.solve(**at(first_value), tolerance=tolerance) if posture is None else posture
+        core, _ = self._start(first)
+        assert core is not None
+        scenes: dict[float, _Scene] = {}
+
+        def scene_at(value: float) -> _Scene:
+            if value not in scenes:
+                if len(scenes) > 8:
+                    scenes.clear()
+                scenes[value] = self._scene(core, None, **at(value))
+            return scenes[value]
+
+        def core_scene_at(value: float) -> _core.Scene | None:
+            scene = scene_at(value)
+            return scene.core if scene.refusal is None else None
+
+        followed = _core.follow(
+            self._geometry,
+            core_scene_at,
+            core,
+            start=first_value,
+            stop=last_value,
+            tolerance=tolerance,
+            largest_step=step,
+            max_points=int(max_points),
+        )
+        return Path(
+            followed,
+            first_value,
+            last_value,
+            lambda value, solved: self._posture(scene_at(value), solved, tolerance),
+        )
+
+    def sweep(self, pressures: ArrayLike, *, progress: bool = True, **scene: Any) -> Batch:
+        """Solve one posture a row of pressures, shape (N, A) [Pa]; loads and options as for `solve`.
+
+        Returns
+        -------
+        Batch
+            Arrays with one row a posture, failures by row.
+        """
+        from softlimb.sweep import sweep
+
+        return sweep(self, pressures, progress=progress, **scene)
+
+    def _scene(
+        self,
+        first: _core.Posture | None,
+        first_plates: Array | None,
+        *,
+        pressures: ArrayLike | Sequence[ArrayLike] | None = None,
+        rest_lengths: ArrayLike | Sequence[ArrayLike] | None = None,
+        gravity: ArrayLike = (0.0, 0.0, 0.0),
+        tip_force: ArrayLike = (0.0, 0.0, 0.0),
+        tip_moment: ArrayLike = (0.0, 0.0, 0.0),
+        plate_wrenches: ArrayLike | None = None,
+        frame: Frame = "base",
+        rod_forces: ArrayLike | Sequence[ArrayLike] | None = None,
+        rod_moments: ArrayLike | Sequence[ArrayLike] | None = None,
+        tip_pose: ArrayLike | None = None,
+        tip_held: Sequence[bool] | None = None,
+        plate_poses: ArrayLike | None = None,
+        plate_held: ArrayLike | None = None,
+        section: SectionModel = "tangent",
+        valve: Valve = "open",
+    ) -> _Scene:
+        """The arguments of `solve`, checked, as the core wants them."""
         given, sections, lengths, refusal = self._rods_at(pressures, rest_lengths, section, valve)
         plates, rods = len(self.segments), len(self._members)
         loads: dict[str, Any] = {
@@ -442,50 +651,30 @@ class Limb:
         }
         wrenches = loads["plate_wrenches"].copy()
         wrenches[-1] += np.concatenate([loads["tip_force"], loads["tip_moment"]])
-        tolerance = _scalar("tolerance", tolerance)
-        if not isinstance(prefer_stable, (bool, np.bool_)):
-            raise TypeError(f"prefer_stable must be True or False, got {prefer_stable!r}")
-        if not 1e-12 <= tolerance <= 0.1:
-            raise ValueError(f"tolerance must be within 1e-12 and 0.1 of the limb's length, got {tolerance!r}")
-
-        def scene_with(held: NDArray[np.bool_], poses: Array) -> _core.Scene:
-            return self._geometry.scene(
-                sections=sections,
-                rest_lengths=lengths,
-                gravity=loads["gravity"],
-                wrenches=wrenches,
-                following=loads["frame"] == "plate",
-                line_forces=loads["rod_forces"].reshape(rods, 3),
-                line_moments=loads["rod_moments"].reshape(rods, 3),
-                held=held,
-                hold_poses=poses,
-            )
-
-        first, first_plates = self._start(start)
         held, poses = self._holds(tip_pose, tip_held, plate_poses, plate_held, first, first_plates)
-        scene = scene_with(held, poses)
-        if refusal is None:
-            solved = self._geometry.solve(
-                scene, tolerance=tolerance, prefer_stable=bool(prefer_stable), start=first, start_plates=first_plates
-            )
-        else:
-            solved = self._geometry.refused(scene, status=refusal[0], message=refusal[1])
-        model = (section, valve)
-        return Posture(
-            self, solved, pressures=given, rest_lengths=lengths, loads=loads, tolerance=tolerance, model=model
+        core = self._geometry.scene(
+            sections=sections,
+            rest_lengths=lengths,
+            gravity=loads["gravity"],
+            wrenches=wrenches,
+            following=loads["frame"] == "plate",
+            line_forces=loads["rod_forces"].reshape(rods, 3),
+            line_moments=loads["rod_moments"].reshape(rods, 3),
+            held=held,
+            hold_poses=poses,
         )
+        return _Scene(core, given, lengths, loads, (section, valve), refusal)
 
-    def sweep(self, pressures: ArrayLike, *, progress: bool = True, **scene: Any) -> Batch:
-        """Solve one posture a row of pressures, shape (N, A) [Pa]; loads and options as for `solve`.
-
-        Returns
-        -------
-        Batch
-            Arrays with one row a posture, failures by row.
-        """
-        from softlimb.sweep import sweep
-
-        return sweep(self, pressures, progress=progress, **scene)
+    def _posture(self, scene: _Scene, solved: _core.Posture, tolerance: float) -> Posture:
+        return Posture(
+            self,
+            solved,
+            pressures=scene.pressures,
+            rest_lengths=scene.rest_lengths,
+            loads=scene.loads,
+            tolerance=tolerance,
+            model=scene.model,
+        )
 
     def _rods_at(
         self,
@@ -650,6 +839,20 @@ def _tuple(name: str, value: Any) -> tuple[Any, ...]:
     if not isinstance(value, Iterable):
         raise TypeError(f"{name} must be a sequence, got {type(value).__name__}")
     return tuple(value)
+
+
+def _tolerance(value: float) -> float:
+    tolerance = _scalar("tolerance", value)
+    if not 1e-12 <= tolerance <= 0.1:
+        raise ValueError(f"tolerance must be within 1e-12 and 0.1 of the limb's length, got {tolerance!r}")
+    return tolerance
+
+
+def _finite(name: str, value: float) -> float:
+    number = _scalar(name, value)
+    if not np.isfinite(number):
+        raise ValueError(f"{name} must be finite, got {number!r}")
+    return number
 
 
 def _choice(name: str, value: str, choices: tuple[str, ...]) -> str:

@@ -72,7 +72,8 @@ Matrix6 hold_rows(const Hold& hold, const Pose& plate) {
 
 void Balance::resize(int plates) {
     system_.resize(plates);
-    residual_.resize(plates), full_residual_.resize(plates), projector_.resize(plates);
+    residual_.resize(plates), full_residual_.resize(plates);
+    projector_.resize(plates), hold_map_.resize(plates);
 }
 
 void Balance::carry(const Geometry& geometry, const std::vector<Pose>& plates, const std::vector<Vector12>& rod_forces,
@@ -129,6 +130,7 @@ void Balance::assemble(const Geometry& geometry, const Scene& scene, const std::
         if (symmetric) system_.diagonal[j] = 0.5 * (system_.diagonal[j] + system_.diagonal[j].transpose()).eval();
         full_residual_[j] = residual_[j];
         projector_[j].setIdentity();
+        hold_map_[j].setZero();
     }
 }
 
@@ -174,6 +176,7 @@ void Balance::apply_holds(const Scene& scene, const std::vector<Pose>& plates, b
         system_.upper[j] = (projector * system_.upper[j]).eval();
         system_.lower[j] = (projector * system_.lower[j]).eval();
         residual_[j] = (projector * residual_[j]).eval() + weight * pseudo * g;
+        hold_map_[j] = weight * pseudo;
         if (!symmetric) continue;
         // On a shape that meets its holds the moves lie in the free directions: project the columns as well.
         system_.diagonal[j] = projector * system_.diagonal[j] * projector + weight * pseudo * c;

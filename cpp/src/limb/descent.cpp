@@ -215,32 +215,54 @@ double Descent::work_on_step(const Shape& from, const Shape& to) const {
     return work;
 }
 
-bool Descent::leave_along_mode(const Shape& saddle, double saddle_energy, double multiplier, Shape& lower) {
+Ridge Descent::leave_along_mode(const Shape& top, double top_energy, double multiplier) {
     // A straight step along a mode stretches a stiff rod by the square of its turn: with EA l^2/EI = 1e6 it gains
     // height beyond a turn of a thousandth, however unstable the saddle. A few Newton steps, convex by the multiplier
     // that the saddle needed, take the stretch out again before the heights are compared.
     constexpr int relaxations = 6;
     const std::vector<Vector6> mode = moves_;
     const std::vector<std::vector<Vector6>> node_mode = node_moves_;
-    double best = 0.0;
-    Shape trial = saddle, next = saddle;
+    Ridge ridge{top, {}, {}};
+    Shape trial = top, next = top;
     for (const double amplitude : {0.3, 0.03, 0.003}) {
+        double lowest = 0.0;
         for (const double factor : {amplitude, -amplitude}) {
             moves_ = mode, node_moves_ = node_mode;
             scale_step(factor);
-            apply(saddle, trial);
+            apply(top, trial);
+            std::optional<Shape> lower;
+            double best = 0.0;
             for (int round = 0; round <= relaxations; ++round) {
-                const double change = energy(trial) - saddle_energy - work_on_step(saddle, trial);
+                const double change = energy(trial) - top_energy - work_on_step(top, trial);
                 if (!std::isfinite(change) || largest_element_angle(trial) >= 2.0) break;
                 if (change < best) best = change, lower = trial;
                 if (round == relaxations || !step_within(trial, multiplier, amplitude)) break;
                 apply(trial, next);
                 std::swap(trial, next);
             }
+            if (!lower) continue;
+            if (best < lowest) {
+                lowest = best;
+                ridge.other = std::move(ridge.taken);
+                ridge.taken = std::move(lower);
+            } else {
+                ridge.other = std::move(lower);
+            }
         }
-        if (best < 0.0) return true;
+        if (ridge.taken) break;
     }
-    return false;
+    return ridge;
+}
+
+Ridge Descent::sides_of(const Shape& top) {
+    resize(top);
+    Ridge ridge{top, {}, {}};
+    if (!linearise(top)) return ridge;
+    double multiplier = 1e-4;
+    for (int rung = 0; rung < 30 && !factor(top, multiplier); ++rung) multiplier *= 4.0;
+    if (!factor(top, multiplier)) return ridge;
+    solve_for_unstable_mode(top);
+    return leave_along_mode(top, energy(top), multiplier);
 }
 
 bool Descent::step_within(const Shape& shape, double multiplier, double radius) {
@@ -313,13 +335,14 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
                 report.status = SolveStatus::no_progress;
                 return report;
             }
-            if (!report.saddle) report.saddle = shape;
             solve_for_unstable_mode(shape);
-            if (!leave_along_mode(shape, report.energy, multiplier, trial)) {
+            Ridge ridge = leave_along_mode(shape, report.energy, multiplier);
+            if (!ridge.taken) {
                 report.status = SolveStatus::no_progress;
                 return report;
             }
-            std::swap(shape, trial);
+            shape = *ridge.taken;
+            if (!report.ridge) report.ridge = std::move(ridge);
             report.energy = energy(shape);
             fresh = false;
             multiplier = 0.0;

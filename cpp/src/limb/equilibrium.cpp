@@ -66,22 +66,25 @@ double largest_activity(const Scene& scene, const Shape& shape) {
 
 void Equilibrium::resize(const Shape& shape) {
     const std::size_t rods = shape.rods.size();
-    chains_.resize(rods), exact_.resize(rods), node_moves_.resize(rods), wrench_moves_.resize(rods);
+    chains_.resize(rods), exact_.resize(rods), moves_.nodes.resize(rods), moves_.wrenches.resize(rods);
     loads_.resize(rods), gaps_.resize(rods), interior_.resize(rods), rod_forces_.resize(rods);
     double length = 0.0;
     for (std::size_t i = 0; i < rods; ++i) {
         const int elements = shape.rods[i].elements();
         chains_[i].resize(elements), exact_[i].resize(elements);
-        node_moves_[i].assign(elements + 1, Vector6::Zero());
-        wrench_moves_[i].assign(elements, Vector6::Zero());
+        moves_.nodes[i].assign(elements + 1, Vector6::Zero());
+        moves_.wrenches[i].assign(elements, Vector6::Zero());
         loads_[i].assign(elements, Vector12::Zero());
         gaps_[i].assign(elements, Vector6::Zero());
         interior_[i].assign(elements + 1, Vector6::Zero());
         length += scene_.rods[i].rest_length / static_cast<double>(rods);
     }
     balance_.resize(geometry_.plates());
-    moves_.assign(geometry_.plates(), Vector6::Zero());
+    moves_.plates.assign(geometry_.plates(), Vector6::Zero());
     plate_forces_.assign(geometry_.plates(), Vector6::Zero());
+    carried_.assign(geometry_.plates(), Vector6::Zero());
+    hold_rows_.assign(geometry_.plates(), Vector6::Zero());
+    by_parameter_ = moves_;
     length_scale_ = 0.5 * length;
 }
 
@@ -105,21 +108,20 @@ bool Equilibrium::linearise(const Shape& shape) {
 }
 
 void Equilibrium::propose(const Shape& shape) {
-    balance_.solve(balance_.residual(), moves_);
+    balance_.solve(balance_.residual(), moves_.plates);
     int i = 0;
     for (int j = 0; j < geometry_.plates(); ++j)
         for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
-            auto& nodes = node_moves_[i];
-            Balance::end_moves(geometry_, shape.plates, moves_, j, static_cast<int>(k), nodes.front(), nodes.back());
+            auto& nodes = moves_.nodes[i];
+            Balance::end_moves(geometry_, shape.plates, moves_.plates, j, static_cast<int>(k), nodes.front(), nodes.back());
             chains_[i].recover(nodes);
             for (int e = 0; e < chains_[i].elements(); ++e)
-                wrench_moves_[i][e] = exact_[i][e].wrench_change(nodes[e], nodes[e + 1]);
+                moves_.wrenches[i][e] = exact_[i][e].wrench_change(nodes[e], nodes[e + 1]);
         }
 }
 
 bool Equilibrium::check_finer(const Shape& shape) {
     // The same balance with half the step: its residual, met by the stiffness at hand, is the error of the answer.
-    int i = 0;
     for (std::size_t r = 0; r < shape.rods.size(); ++r) {
         const rod::RodPiece part = piece(static_cast<int>(r), shape);
         const RodShape& rod = shape.rods[r];
@@ -131,27 +133,100 @@ bool Equilibrium::check_finer(const Shape& shape) {
             const Vector6 change = exact_[r][e].wrench_for_gap(gaps_[r][e]);
             loads_[r][e] << -(rod.wrenches[e] + change), end.wrench + exact_[r][e].end_wrench_by_base_wrench() * change;
         }
-        rod_forces_[r] = chains_[r].condense_loads(loads_[r], interior_[r]);
     }
-    Balance::carry(geometry_, shape.plates, rod_forces_, plate_forces_);
     for (int j = 0; j < geometry_.plates(); ++j) {
-        plate_forces_[j] -= plate_load(geometry_, scene_, shape.plates[j], j, nullptr);
-        plate_forces_[j] = balance_.projector(j) * plate_forces_[j];
-        // Holds are met exactly by construction; their rows ask for no further move.
+        plate_forces_[j] = -plate_load(geometry_, scene_, shape.plates[j], j, nullptr);
+        hold_rows_[j] = balance_.hold_map(j) * hold_gap(scene_.holds[j], shape.plates[j]);
     }
-    balance_.solve(plate_forces_, moves_);
+    respond_to_gaps(shape);
+    return true;
+}
+
+void Equilibrium::respond_to_gaps(const Shape& shape) {
+    // Gaps and loads of the pieces, wrenches on the plates and rows of the holds in place of the residual's own.
+    for (std::size_t r = 0; r < shape.rods.size(); ++r)
+        rod_forces_[r] = chains_[r].condense_loads(loads_[r], interior_[r]);
+    Balance::carry(geometry_, shape.plates, rod_forces_, carried_);
+    for (int j = 0; j < geometry_.plates(); ++j)
+        plate_forces_[j] = (balance_.projector(j) * (carried_[j] + plate_forces_[j])).eval() + hold_rows_[j];
+    balance_.solve(plate_forces_, moves_.plates);
+    int i = 0;
     for (int j = 0; j < geometry_.plates(); ++j)
         for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
-            auto& nodes = node_moves_[i];
-            Balance::end_moves(geometry_, shape.plates, moves_, j, static_cast<int>(k), nodes.front(), nodes.back());
+            auto& nodes = moves_.nodes[i];
+            Balance::end_moves(geometry_, shape.plates, moves_.plates, j, static_cast<int>(k), nodes.front(), nodes.back());
             chains_[i].recover_with(interior_[i], nodes);
             for (int e = 0; e < chains_[i].elements(); ++e) {
-                const Vector6 stretch = exact_[i][e].gap() - gaps_[i][e];  // the finer gap in place of the coarse one
-                wrench_moves_[i][e] =
-                    exact_[i][e].wrench_change(nodes[e], nodes[e + 1]) - exact_[i][e].wrench_for_gap(stretch);
+                const Vector6 other = exact_[i][e].gap() - gaps_[i][e];  // these gaps in place of the linearisation's
+                moves_.wrenches[i][e] =
+                    exact_[i][e].wrench_change(nodes[e], nodes[e + 1]) - exact_[i][e].wrench_for_gap(other);
             }
         }
+}
+
+bool Equilibrium::differ(const Shape& shape, const Border& border) {
+    // Slope of the residual to the parameter by a central difference, everything that a scene may change included. The
+    // slope only steers: an error of 1e-9 in it turns a tangent by as much and moves no answer.
+    const double per_span = 1.0 / border.span;
+    for (std::size_t r = 0; r < shape.rods.size(); ++r) {
+        const rod::RodPiece before = piece_of(border.before, static_cast<int>(r), shape);
+        const rod::RodPiece after = piece_of(border.after, static_cast<int>(r), shape);
+        const RodShape& rod = shape.rods[r];
+        for (int e = 0; e < rod.elements(); ++e) {
+            const rod::EndState a = rod::end_of(before, rod.nodes[e], rod.wrenches[e], rod.integration);
+            const rod::EndState b = rod::end_of(after, rod.nodes[e], rod.wrenches[e], rod.integration);
+            gaps_[r][e] = per_span * rod::pose_gap(b.pose, a.pose);
+            if (!gaps_[r][e].allFinite() || !a.wrench.allFinite() || !b.wrench.allFinite()) return false;
+            const Vector6 change = exact_[r][e].wrench_for_gap(gaps_[r][e]);
+            loads_[r][e] << -change,
+                per_span * (b.wrench - a.wrench) + exact_[r][e].end_wrench_by_base_wrench() * change;
+        }
+    }
+    for (int j = 0; j < geometry_.plates(); ++j) {
+        const Pose& plate = shape.plates[j];
+        plate_forces_[j] = -per_span * (plate_load(geometry_, border.after, plate, j, nullptr) -
+                                        plate_load(geometry_, border.before, plate, j, nullptr));
+        hold_rows_[j] = balance_.hold_map(j) * (per_span * (hold_gap(border.after.holds[j], plate) -
+                                                            hold_gap(border.before.holds[j], plate)));
+    }
+    respond_to_gaps(shape);
     return true;
+}
+
+double Equilibrium::inner_product(const Moves& a, const Moves& b) const {
+    const double per_area = 1.0 / (geometry_.length * geometry_.length);
+    double plates = 0.0, nodes = 0.0;
+    std::size_t count = 0;
+    const auto product = [per_area](const Vector6& x, const Vector6& y) {
+        return per_area * x.head<3>().dot(y.head<3>()) + x.tail<3>().dot(y.tail<3>());
+    };
+    for (std::size_t j = 0; j < a.plates.size(); ++j) plates += product(a.plates[j], b.plates[j]);
+    for (std::size_t i = 0; i < a.nodes.size(); ++i)
+        for (std::size_t e = 1; e + 1 < a.nodes[i].size(); ++e, ++count)
+            nodes += product(a.nodes[i][e], b.nodes[i][e]);
+    return plates / static_cast<double>(a.plates.size()) + nodes / std::max<double>(1.0, static_cast<double>(count));
+}
+
+double Equilibrium::stay_perpendicular(const Border& border) {
+    // moves_ + step * by_parameter_, with the step that keeps the sum perpendicular to the tangent.
+    if (border.tangent == nullptr) return 0.0;
+    const double per_range = 1.0 / (border.range * border.range);
+    const double step = -inner_product(*border.tangent, moves_) /
+                        (inner_product(*border.tangent, by_parameter_) + per_range * border.parameter_tangent);
+    for (std::size_t j = 0; j < moves_.plates.size(); ++j) moves_.plates[j] += step * by_parameter_.plates[j];
+    for (std::size_t i = 0; i < moves_.nodes.size(); ++i) {
+        for (std::size_t e = 0; e < moves_.nodes[i].size(); ++e)
+            moves_.nodes[i][e] += step * by_parameter_.nodes[i][e];
+        for (std::size_t e = 0; e < moves_.wrenches[i].size(); ++e)
+            moves_.wrenches[i][e] += step * by_parameter_.wrenches[i][e];
+    }
+    return step;
+}
+
+Moves Equilibrium::response_to_parameter(const Shape& shape, const Border& border) {
+    differ(shape, border);
+    Moves response = moves_;
+    return response;
 }
 
 double Equilibrium::largest_move(double length) const {
@@ -160,8 +235,8 @@ double Equilibrium::largest_move(double length) const {
         grow(largest, x.head<3>().norm() / length);
         grow(largest, x.tail<3>().norm());
     };
-    for (const Vector6& x : moves_) include(x);
-    for (const auto& nodes : node_moves_)
+    for (const Vector6& x : moves_.plates) include(x);
+    for (const auto& nodes : moves_.nodes)
         for (const Vector6& x : nodes) include(x);
     return largest;
 }
@@ -176,7 +251,7 @@ double Equilibrium::step_size(const Shape& shape) const {
         floor_force = std::max(floor_force, rod.section.bending / (rod.rest_length * rod.rest_length));
     }
     double size = largest_move(geometry_.length);
-    for (const auto& wrenches : wrench_moves_)
+    for (const auto& wrenches : moves_.wrenches)
         for (const Vector6& w : wrenches) {
             grow(size, 1e-3 * w.head<3>().norm() / std::max(force, floor_force));
             grow(size, 1e-3 * w.tail<3>().norm() / std::max(moment, floor_moment));
@@ -189,17 +264,17 @@ double Equilibrium::bounded_factor(double largest_turn) const {
     return turn > largest_turn ? largest_turn / turn : 1.0;
 }
 
-void Equilibrium::apply(double factor, Shape& shape) {
+void Equilibrium::move(Shape& shape, const Moves& moves, double factor) const {
     const auto move = [factor](Pose& pose, const Vector6& x) {
         pose.position += factor * x.head<3>();
         pose.rotation = orthonormalised(exp_so3(factor * x.tail<3>()) * pose.rotation);
     };
-    for (int j = 0; j < geometry_.plates(); ++j) move(shape.plates[j], moves_[j]);
+    for (int j = 0; j < geometry_.plates(); ++j) move(shape.plates[j], moves.plates[j]);
     for (std::size_t i = 0; i < shape.rods.size(); ++i) {
         RodShape& rod = shape.rods[i];
         for (int e = 0; e < rod.elements(); ++e) {
-            if (e > 0) move(rod.nodes[e], node_moves_[i][e]);
-            rod.wrenches[e] += factor * wrench_moves_[i][e];
+            if (e > 0) move(rod.nodes[e], moves.nodes[i][e]);
+            rod.wrenches[e] += factor * moves.wrenches[i][e];
         }
     }
     attach_rods(geometry_, shape);
@@ -227,7 +302,7 @@ double Equilibrium::relative_residual(const Shape& shape) const {
     return residual;
 }
 
-NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, solve::Work& work) {
+NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, solve::Work& work, Border* border) {
     using solve::SolveStatus;
     NewtonReport report;
     resize(shape);
@@ -244,8 +319,18 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
             return report;
         }
         report.residual = relative_residual(shape);
+        if (border) {
+            if (!differ(shape, *border)) {
+                report.status = SolveStatus::not_finite;
+                return report;
+            }
+            std::swap(moves_, by_parameter_);
+        }
         propose(shape);
-        const double size = step_size(shape), factor = bounded_factor(settings.largest_turn);
+        const double parameter_step = border ? stay_perpendicular(*border) : 0.0;
+        const double size = border ? std::max(step_size(shape), std::abs(parameter_step) / border->range)
+                                   : step_size(shape);
+        const double factor = bounded_factor(settings.largest_turn);
         if (!std::isfinite(size)) {
             report.status = SolveStatus::not_finite;
             return report;
@@ -256,15 +341,14 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
         if (!report.neutral_mode && report.residual < 1e-8 && size > settings.tolerance &&
             size > 1e8 * report.residual) {
             report.neutral_mode = true;
-            shift_.setZero();
-            for (const RodAtPressure& rod : scene_.rods) {
-                const double stiffness = 1e-7 * rod.section.bending / rod.rest_length;
-                shift_.head<3>().array() += stiffness / (length_scale_ * length_scale_);
-                shift_.tail<3>().array() += stiffness;
-            }
+            pin(1e-7);
             continue;
         }
-        apply(factor, shape);
+        move(shape, moves_, factor);
+        if (border && !border->move_by(factor * parameter_step)) {
+            report.status = SolveStatus::limit_point;
+            return report;
+        }
         // Newton's error after a step is about its square. The pass below measures it, so this only avoids vain passes.
         const bool near = factor == 1.0 && (size * size < 0.1 * settings.tolerance || size < 1e-9);
         if (factor == 1.0 && size > 0.5 * previous && size < 1e-6) ++stalls;
@@ -277,21 +361,27 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
             report.status = SolveStatus::not_finite;
             return report;
         }
-        const double error = step_size(shape);
+        const double parameter_error = border ? stay_perpendicular(*border) : 0.0;
+        const double error = border ? std::max(step_size(shape), std::abs(parameter_error) / border->range)
+                                    : step_size(shape);
         report.error_estimate = error;
         if (!std::isfinite(error)) {
             report.status = SolveStatus::not_finite;
             return report;
         }
         // Rounding sets a floor: a Newton step below 1e-11 that no longer shrinks is as good as doubles get.
+        move(shape, moves_, 1.0);
+        if (border && !border->move_by(parameter_error)) {
+            report.status = SolveStatus::limit_point;
+            return report;
+        }
         if (error <= settings.tolerance) {
-            apply(1.0, shape);
             ++report.iterations;
             report.status = SolveStatus::converged;
             if (report.neutral_mode) {
                 // Modes are counted with a hundredth of the shift: above the noise of a neutral mode's eigenvalue, and
                 // below all but the last few millionths on the way to a fold.
-                shift_ *= 0.01;
+                pin(1e-9);
                 if (!linearise(shape)) report.status = SolveStatus::singular_jacobian;
             }
             count_modes(report);
@@ -301,7 +391,6 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
             report.status = SolveStatus::no_progress;
             return report;
         }
-        apply(1.0, shape);
         if (size < 0.1 * error || refined) {
             // Not Newton's error but the integration's: finer steps.
             // A piece of activity 1.5 at the tightest tolerance takes 15 steps; more than this many is divergence.
@@ -355,9 +444,18 @@ Eigen::MatrixXd Equilibrium::dense_stiffness() const {
     return dense;
 }
 
-bool Equilibrium::linearise_at(const Shape& shape) {
-    resize(shape);
+void Equilibrium::pin(double share) {
     shift_.setZero();
+    for (const RodAtPressure& rod : scene_.rods) {
+        const double stiffness = share * rod.section.bending / rod.rest_length;
+        shift_.head<3>().array() += stiffness / (length_scale_ * length_scale_);
+        shift_.tail<3>().array() += stiffness;
+    }
+}
+
+bool Equilibrium::linearise_at(const Shape& shape, bool pinned) {
+    resize(shape);
+    pin(pinned ? 1e-9 : 0.0);
     return linearise(shape);
 }
 

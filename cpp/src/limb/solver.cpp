@@ -2,9 +2,11 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <sstream>
 
 #include "softlimb/largest.hpp"
 #include "softlimb/limb/descent.hpp"
+#include "softlimb/limb/path.hpp"
 #include "softlimb/limb/start.hpp"
 
 namespace softlimb::limb {
@@ -26,19 +28,19 @@ double distance(const Geometry& geometry, const Shape& a, const Shape& b) {
 /// Descends until the mesh is fine enough for its bends and the descent is done.
 DescentReport descend(const Geometry& geometry, const Scene& scene, solve::Work& work, Shape& shape, int& iterations) {
     DescentReport report;
-    std::optional<Shape> saddle;
+    std::optional<Ridge> ridge;
     for (int refinement = 0; refinement < 8; ++refinement) {
         Descent descent(geometry, scene, work);
         report = descent.run(shape, {});
         iterations += report.iterations;
-        if (report.saddle && !saddle) saddle = std::move(report.saddle);
+        if (report.ridge && !ridge) ridge = std::move(report.ridge);
         if (!report.needs_refinement || work.exhausted()) break;
         // An element of so fine a mesh that still bends too far belongs to no posture that a descent will find.
         constexpr int finest = 128;
         if (shape.rods.front().elements() >= finest) break;
         for (RodShape& rod : shape.rods) split_elements(rod, 2);
     }
-    report.saddle = std::move(saddle);
+    report.ridge = std::move(ridge);
     return report;
 }
 
@@ -67,48 +69,71 @@ Attempt refine(const Scene& scene, const SolveOptions& options, solve::Work& wor
     return attempt;
 }
 
-/// Loads grown from nothing to all, Newton from each step's posture: the way for loads without a potential, and for
-/// those that wind a rod up so far that no straight start reaches it. Ends early where the path folds.
-std::optional<Shape> grow_loads(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
-                                const Shape& unloaded, solve::Work& work, int& iterations) {
-    constexpr double smallest_step = 1e-3, largest_step = 0.25;
-    SolveOptions rough = options;
-    rough.tolerance = std::max(options.tolerance, 1e-6);  // only the last step has to be exact
-    rough.max_iterations = 12;                            // a step that takes more is too long
+/// The scene with a share of those loads that have no potential: all of it but its weights, dead forces and holds.
+Scene with_moments(const Scene& scene, double share) {
     Scene part = scene;
-    Equilibrium equilibrium(geometry, part);
-    Shape reached = unloaded;
-    double done = 0.0, step = 0.1;
-    while (done < 1.0) {
-        const double share = std::min(1.0, done + step);
-        part.gravity = share * scene.gravity;
-        for (std::size_t j = 0; j < scene.wrenches.size(); ++j) part.wrenches[j] = share * scene.wrenches[j];
-        for (std::size_t i = 0; i < scene.rods.size(); ++i) {
-            part.rods[i].line_load.force = share * scene.rods[i].line_load.force;
-            part.rods[i].line_load.moment = share * scene.rods[i].line_load.moment;
-        }
-        Attempt attempt = refine(part, rough, work, equilibrium, reached, iterations);
-        if (work.exhausted()) return std::nullopt;
-        // A step that jumps has left the path.
-        if (attempt.converged() && distance(geometry, attempt.shape, reached) < 1.0) {
-            reached = std::move(attempt.shape);
-            done = share;
-            step = std::min(1.5 * step, largest_step);
-            continue;
-        }
-        step *= 0.4;
-        if (step < smallest_step) return std::nullopt;
+    for (Vector6& w : part.wrenches) {
+        w.tail<3>() *= share;
+        if (scene.following) w.head<3>() *= share;
     }
-    return reached;
+    for (RodAtPressure& rod : part.rods) rod.line_load.moment = share * rod.line_load.moment;
+    return part;
 }
 
-/// The same scene without any load.
-Scene unloaded(const Scene& scene) {
-    Scene bare = scene;
-    bare.gravity.setZero();
-    for (Vector6& w : bare.wrenches) w.setZero();
-    for (RodAtPressure& rod : bare.rods) rod.line_load = {};
-    return bare;
+/// The stable equilibrium to which a shape on a mesh slides down, if the exact rods have one there.
+std::optional<Attempt> stable_below(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
+                                    solve::Work& work, Shape shape) {
+    Equilibrium equilibrium(geometry, scene);
+    int ignored = 0;
+    for (const int parts : {4, 16}) {
+        for (RodShape& rod : shape.rods) split_elements(rod, std::max(1, parts / rod.elements()));
+        descend(geometry, scene, work, shape, ignored);
+        Shape warm = shape;
+        set_geodesic_wrenches(scene, warm, Stiffness::softened);
+        Attempt attempt = refine(scene, options, work, equilibrium, warm, ignored);
+        if (attempt.stable() && distance(geometry, attempt.shape, shape) < 3.0 / parts) return attempt;
+        if (work.exhausted()) break;
+    }
+    return std::nullopt;
+}
+
+/// Loads without a potential grown from nothing to all, through folds: the way where no descent leads, and for moments
+/// that wind a rod up so far that no straight start reaches it. `farthest` is the largest share that was carried.
+std::optional<Shape> grow_moments(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
+                                  solve::Work& work, int& iterations, double& farthest) {
+    SolveOptions rough = options;
+    rough.tolerance = std::max(options.tolerance, 1e-6);  // only the last step has to be exact
+    PathSettings settings;
+    settings.tolerance = rough.tolerance;
+    settings.first_step = 0.1, settings.largest_step = 0.3;
+    settings.locate = false;
+    const Scene bare = with_moments(scene, 0.0);
+    Solution found = solve(geometry, bare, rough, nullptr);
+    if (found.status != SolveStatus::converged) return std::nullopt;
+    iterations += found.iterations;
+    std::optional<Shape> rest = std::move(found.shape);
+    constexpr int valleys = 4;
+    for (int valley = 0; valley < valleys; ++valley) {
+        const Path path = follow(
+            geometry, [&](double share) { return with_moments(scene, share); }, *rest, settings, work);
+        for (const PathPoint& point : path.points) {
+            iterations += point.report.iterations;
+            farthest = std::max(farthest, point.parameter);
+        }
+        if (path.end == PathEnd::stop) return path.points.back().shape;
+        if (path.end != PathEnd::start) break;
+        // A fold sent the path back to the bare scene, to the ridge between this valley and another, from which the
+        // full loads may be reached: solutions of such scenes come and go in pairs, and one is left over.
+        Ridge ridge = Descent(geometry, bare, work).sides_of(path.points.back().shape);
+        std::optional<Attempt> beyond;
+        for (std::optional<Shape>* side : {&ridge.taken, &ridge.other}) {
+            if (*side) beyond = stable_below(geometry, bare, rough, work, **side);
+            if (beyond && distance(geometry, beyond->shape, *rest) > 0.01) break;
+        }
+        if (!beyond) break;
+        rest = std::move(beyond->shape);
+    }
+    return std::nullopt;
 }
 
 /// Real negative eigenvalues of a stiffness that is not symmetric: ways in which the limb diverges without oscillating.
@@ -137,9 +162,26 @@ void fill(const Scene& scene, const Equilibrium& equilibrium, const Attempt& att
     solution.reactions = equilibrium.reactions(solution.shape);
 }
 
+std::string millimetres(double length) {
+    std::ostringstream text;
+    text.precision(3);
+    text << 1e3 * length;
+    return text.str();
+}
+
 std::string count_of(int modes) { return std::to_string(modes) + (modes == 1 ? " unstable mode" : " unstable modes"); }
 
 }  // namespace
+
+Solution solution_at(const Geometry& geometry, const Scene& scene, const Shape& shape, const NewtonReport& report) {
+    Solution solution;
+    solution.conservative = scene.conservative();
+    solution.iterations = report.iterations;
+    Equilibrium equilibrium(geometry, scene);
+    equilibrium.linearise_at(shape, report.neutral_mode);
+    fill(scene, equilibrium, {shape, report}, solution);
+    return solution;
+}
 
 Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions& options, const Shape* start) {
     Solution solution;
@@ -167,6 +209,16 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         int ignored = 0;
         const Attempt met = refine(scene, options, work, other, shape, ignored);
         return met.converged() && !met.stable() && distance(geometry, met.shape, shape) < 0.5;
+    };
+    // Both sides of a ridge lead down: where the far side ends in another stable posture, the message says so.
+    const auto second_posture = [&](const Ridge& ridge, const Attempt& first) -> std::string {
+        if (!ridge.other || !solution.conservative) return "";
+        SolveOptions rough = options;
+        rough.tolerance = std::max(options.tolerance, 1e-4);
+        const std::optional<Attempt> second = stable_below(geometry, scene, rough, work, *ridge.other);
+        if (!second || distance(geometry, first.shape, second->shape) < 0.01) return "";
+        const double away = (second->shape.plates.back().position - first.shape.plates.back().position).norm();
+        return "; another stable posture exists, its tip " + millimetres(away) + " mm away";
     };
     const auto good_enough = [&](const Attempt& attempt) {
         return attempt.converged() && (attempt.stable() || !options.prefer_stable || !solution.conservative);
@@ -204,18 +256,19 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     }
 
     // Far starts: descend on a coarse mesh, then on finer ones until the exact solution is the descent's own.
-    std::optional<Shape> saddle;
+    std::optional<Ridge> ridge;
     DescentReport coarse = descend(geometry, scene, work, shape, solution.descent_iterations);
-    if (coarse.saddle) saddle = std::move(coarse.saddle);
+    if (coarse.ridge) ridge = std::move(coarse.ridge);
     solution.plan.push_back(start ? "the given start was not enough: descent of the energy from there"
                                   : "no start given: descent of the energy from constant curvature");
     Attempt last;
     constexpr int finest = 64;
+    double carried = 0.0;  // share of the loads without potential, where they were grown
     for (int parts = 4; parts <= finest; parts *= 2) {
         if (work.exhausted()) break;
         for (RodShape& rod : shape.rods) split_elements(rod, std::max(1, parts / rod.elements()));
         DescentReport fine = descend(geometry, scene, work, shape, solution.descent_iterations);
-        if (fine.saddle && !saddle) saddle = std::move(fine.saddle);
+        if (fine.ridge && !ridge) ridge = std::move(fine.ridge);
         Shape warm = shape;
         set_geodesic_wrenches(scene, warm, Stiffness::softened);
         // From a mesh that is fine enough Newton takes three to six iterations. One that takes many more is lost, and a
@@ -227,8 +280,9 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
             const bool same = distance(geometry, attempt.shape, shape) < 3.0 / parts;
             if (same && good_enough(attempt)) {
                 std::string message = "converged";
-                if (unstable || (saddle && attempt.stable() && is_unstable_posture(*saddle)))
+                if (unstable || (ridge && attempt.stable() && is_unstable_posture(ridge->top)))
                     message += "; an unstable posture was met first and left along its mode";
+                if (ridge && attempt.stable() && !attempt.report.neutral_mode) message += second_posture(*ridge, attempt);
                 if (!attempt.stable() && solution.conservative)
                     message += " to an unstable posture (" +
                                count_of(attempt.report.plate_modes + attempt.report.rod_modes) + ")";
@@ -239,17 +293,11 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         last = std::move(attempt);
         if (parts != 16 || solution.conservative) continue;
         // No potential to descend and no luck near where the work led: the loads themselves are the way.
-        SolveOptions bare_options = options;
-        bare_options.tolerance = std::max(options.tolerance, 1e-6);
-        const Scene bare = unloaded(scene);
-        const Solution rest = solve(geometry, bare, bare_options, nullptr);
-        solution.iterations += rest.iterations;
-        if (rest.status != SolveStatus::converged) continue;
-        const std::optional<Shape> grown = grow_loads(geometry, scene, options, rest.shape, work, solution.iterations);
+        const std::optional<Shape> grown = grow_moments(geometry, scene, options, work, solution.iterations, carried);
         if (!grown) continue;
         Attempt full = refine(scene, options, work, equilibrium, *grown, solution.iterations);
         if (!full.converged()) continue;
-        solution.plan.push_back("the descent did not lead there: loads grown step by step");
+        solution.plan.push_back("the descent did not lead there: loads without potential grown step by step");
         return accept(full, "converged along the growing loads");
     }
     if (unstable) {
@@ -274,8 +322,12 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
             solution.message = "not converged: the rods have no finite shape under these loads";
             break;
         default:
-            solution.message = "not converged: Newton's budget ran out from every mesh";
+            solution.message = work.exhausted() ? "not converged: the solve's budget of evaluations ran out"
+                                                : "not converged: Newton's iterations ran out from every mesh";
     }
+    if (carried > 0.0 && carried < 1.0)
+        solution.message += "; grown from nothing, the loads without potential reach " +
+                            std::to_string(static_cast<int>(100.0 * carried)) + " per cent and fold";
     return solution;
 }
 

@@ -33,6 +33,8 @@ public:
     const solve::BlockTridiagonal& system() const { return system_; }
     /// Projector onto the free freedoms of plate j (identity where nothing is held).
     const Matrix6& projector(int j) const { return projector_[j]; }
+    /// Turns a gap to the hold of plate j into the right-hand side of its held rows (zero where nothing is held).
+    const Matrix6& hold_map(int j) const { return hold_map_[j]; }
 
     /// Carries end forces of the rods to the plates: the transpose of the rods' attachment.
     static void carry(const Geometry& geometry, const std::vector<Pose>& plates,
@@ -44,7 +46,7 @@ public:
 private:
     solve::BlockTridiagonal system_;
     std::vector<Vector6> residual_, full_residual_;
-    std::vector<Matrix6> projector_;
+    std::vector<Matrix6> projector_, hold_map_;
 };
 
 /// Wrench of all loads on plate j about its origin, base axes, and (unless null) its derivative to (dp, dtheta).

@@ -19,10 +19,16 @@ struct DescentSettings {
     double largest_angle = 1.2;  // [rad] an element that bends further asks for a finer mesh
 };
 
+/// An unstable equilibrium of the mesh and the valleys on its two sides: where a descent starts that goes down to each.
+struct Ridge {
+    Shape top;
+    std::optional<Shape> taken, other;
+};
+
 struct DescentReport {
     solve::SolveStatus status = solve::SolveStatus::max_iterations;
     bool needs_refinement = false;  // stopped because an element bent too far
-    std::optional<Shape> saddle;    // the unstable equilibrium of the mesh that was left downhill, if one was
+    std::optional<Ridge> ridge;     // the first unstable equilibrium of the mesh that was left downhill, if one was
     int iterations = 0, factorisations = 0;
     double energy = 0.0;
 };
@@ -33,6 +39,8 @@ public:
         : geometry_(geometry), scene_(scene), work_(work) {}
     /// Moves `shape` downhill. Element counts stay as they are.
     DescentReport run(Shape& shape, const DescentSettings& settings);
+    /// Both sides of an unstable equilibrium that is known from elsewhere, for instance that of the exact rods.
+    Ridge sides_of(const Shape& top);
 
 private:
     void resize(const Shape& shape);
@@ -40,8 +48,8 @@ private:
     bool factor(const Shape& shape, double multiplier);  // false when the shifted Hessian is not positive definite
     void solve_for_step(const Shape& shape);
     void solve_for_unstable_mode(const Shape& shape);
-    /// Goes down from a saddle along the mode at hand; false where no step of it leads lower.
-    bool leave_along_mode(const Shape& saddle, double saddle_energy, double multiplier, Shape& lower);
+    /// Goes down from an unstable equilibrium along the mode at hand, on both sides where both lead lower.
+    Ridge leave_along_mode(const Shape& top, double top_energy, double multiplier);
     /// Newton step at a shape, shifted by at least `multiplier` and as much more as makes it convex and short enough.
     bool step_within(const Shape& shape, double multiplier, double radius);
     double step_size() const;

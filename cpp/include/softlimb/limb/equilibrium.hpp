@@ -12,12 +12,37 @@
 // base, misses its second node has a gap; gaps and balances vanish together. The wrenches are condensed piece by piece,
 // the nodes rod by rod, so that one 6 x 6 block row a plate remains.
 // Source: Zhang et al. eq. 4-10; cpp/MECHANICS.md, "Limb" and "Newton".
+#include <functional>
+
 #include "softlimb/limb/balance.hpp"
 #include "softlimb/limb/scene.hpp"
 #include "softlimb/solve/status.hpp"
 #include "softlimb/solve/work.hpp"
 
 namespace softlimb::limb {
+
+/// Moves (dp, dtheta) of plates and of the nodes of every rod, and changes of the wrenches of its pieces.
+struct Moves {
+    std::vector<Vector6> plates;
+    std::vector<std::vector<Vector6>> nodes, wrenches;
+};
+
+/// A parameter of the scene that Newton may move as well, within a plane: the border of a pseudo-arclength step.
+struct Border {
+    Scene before, after;                 // the scene a little before and after the parameter's value
+    double span = 0.0;                   // between the two
+    const Moves* tangent = nullptr;      // corrections stay perpendicular to (tangent, parameter_tangent) ...
+    double parameter_tangent = 1.0;      // ... or leave the parameter alone where `tangent` is null
+    double range = 1.0;                  // unit of the parameter in the inner product
+    double parameter = 0.0;              // moved along
+    std::function<bool(double)> adjust;  // puts the scene at a value of the parameter; false where it has none
+
+    bool move_by(double step) {
+        if (step == 0.0) return true;
+        parameter += step;
+        return adjust(parameter);
+    }
+};
 
 struct NewtonSettings {
     double tolerance = 1e-6;  // tip error relative to the limb's length
@@ -41,10 +66,21 @@ public:
     Equilibrium(const Geometry& geometry, const Scene& scene) : geometry_(geometry), scene_(scene) {}
 
     /// Newton from `shape` (plates, nodes, wrenches); the shape is left at the best point.
-    NewtonReport solve(Shape& shape, const NewtonSettings& settings, solve::Work& work);
+    NewtonReport solve(Shape& shape, const NewtonSettings& settings, solve::Work& work, Border* border = nullptr);
 
-    /// Linearises at a shape that is an equilibrium already, for the responses below. False where it is singular.
-    bool linearise_at(const Shape& shape);
+    /// Moves of everything by unit parameter, at the last solution.
+    Moves response_to_parameter(const Shape& shape, const Border& border);
+    /// Mean of the products of two moves over plates and nodes: translations in limb lengths, rotations in radians.
+    double inner_product(const Moves& a, const Moves& b) const;
+    /// Moves a shape along; wrenches as well.
+    void move(Shape& shape, const Moves& moves, double factor) const;
+
+    /// Linearises at a shape that is an equilibrium already, for the responses below; with `pinned` a neutral mode is
+    /// held by a shift far below the rods' stiffness. False where it is singular.
+    bool linearise_at(const Shape& shape, bool pinned = false);
+    /// Counts the unstable modes of the last linearisation into the report.
+    void count_modes(NewtonReport& report) const;
+    const Geometry& geometry() const { return geometry_; }
 
     /// Condensed stiffness of the plates (free freedoms) at the last solution: rows of the balance, base axes, about
     /// each plate's origin. Valid after a converged solve.
@@ -62,33 +98,35 @@ public:
     std::vector<Vector6> reactions(const Shape& shape) const;
 
 private:
-    void count_modes(NewtonReport& report) const;
+    void pin(double share);
     void resize(const Shape& shape);
     bool linearise(const Shape& shape);
     bool check_finer(const Shape& shape);
     void propose(const Shape& shape);
+    bool differ(const Shape& shape, const Border& border);
+    void respond_to_gaps(const Shape& shape);
+    double stay_perpendicular(const Border& border);
     double largest_move(double length) const;  // translations by `length`, rotations in radians
     double step_size(const Shape& shape) const;
     double bounded_factor(double largest_turn) const;
-    void apply(double factor, Shape& shape);
     double relative_residual(const Shape& shape) const;
 
-    rod::RodPiece piece(int i, const Shape& shape) const {
-        return {&scene_.rods[i].section, scene_.rods[i].rest_length / shape.rods[i].elements(), scene_.line_load(i)};
+    static rod::RodPiece piece_of(const Scene& scene, int i, const Shape& shape) {
+        return {&scene.rods[i].section, scene.rods[i].rest_length / shape.rods[i].elements(), scene.line_load(i)};
     }
+    rod::RodPiece piece(int i, const Shape& shape) const { return piece_of(scene_, i, shape); }
 
     const Geometry& geometry_;
     const Scene& scene_;
     std::vector<rod::Chain> chains_;
     std::vector<std::vector<rod::ExactElement>> exact_;
     Balance balance_;
-    std::vector<Vector6> moves_;
-    std::vector<std::vector<Vector6>> node_moves_, wrench_moves_;
-    // Scratch of the finer pass.
+    Moves moves_, by_parameter_;
+    // Loads on the pieces beside those of the linearisation, and what follows from them.
     std::vector<std::vector<Vector12>> loads_;
     std::vector<std::vector<Vector6>> gaps_, interior_;
     std::vector<Vector12> rod_forces_;
-    std::vector<Vector6> plate_forces_;
+    std::vector<Vector6> plate_forces_, carried_, hold_rows_;
     double length_scale_ = 1.0;
     int rod_modes_ = 0;
     Vector6 shift_ = Vector6::Zero();  // on every free node and plate, against a neutral mode; else zero

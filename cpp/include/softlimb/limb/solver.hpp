@@ -37,6 +37,9 @@ struct Solution {
     std::vector<Vector6> reactions;
 };
 
+/// What is known of an equilibrium that Newton converged to: outcome, stability, base wrench, reactions.
+Solution solution_at(const Geometry& geometry, const Scene& scene, const Shape& shape, const NewtonReport& report);
+
 /// Equilibrium of the scene. Never raises for a scene that has none: the status says so.
 Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions& options, const Shape* start);
 

@@ -1,0 +1,162 @@
+"""Paths of equilibria: a posture followed while one parameter of its scene changes, through folds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softlimb import _core
+from softlimb.posture import Posture
+
+__all__ = ["Path", "PathEvent"]
+
+Array = NDArray[np.float64]
+
+_ENDS = {
+    "stop": "the parameter reached {stop:.6g}",
+    "start": "the path came back to {start:.6g}: the same scene has another posture",
+    "no_scene": "beyond {last:.6g} the scene does not exist: an actuator has no stable state",
+    "lost": "the path was lost at {last:.6g}: no step is small enough",
+    "max_points": "the number of points or the budget of work ran out at {last:.6g}",
+}
+
+
+@dataclass(frozen=True)
+class PathEvent:
+    """Where a path loses or regains stability.
+
+    Parameters
+    ----------
+    kind : {"fold", "bifurcation"}
+        At a fold the parameter turns back: beyond it there is no posture near. At a bifurcation the number of unstable
+        modes changes while the parameter goes on: another path of postures crosses here.
+    parameter : float
+        Where; a fold to 1e-8 of the range that was asked for.
+    posture : Posture
+        The equilibrium there. Its stiffness is singular, so it has no compliance and no Jacobian.
+    after : int
+        The event lies between points ``after`` and ``after + 1`` of the path.
+    """
+
+    kind: Literal["fold", "bifurcation"]
+    parameter: float
+    posture: Posture
+    after: int
+
+
+class Path:
+    """Equilibria along one parameter, in the order in which the path meets them.
+
+    Made by `Limb.follow`. The parameter need not be monotonic: it turns at every fold.
+    """
+
+    def __init__(
+        self,
+        followed: _core.FollowedPath,
+        start: float,
+        stop: float,
+        posture_of: Callable[[float, _core.Posture], Posture],
+    ) -> None:
+        self.start = start
+        self.stop = stop
+        self._followed = followed
+        self._posture_of = posture_of
+
+    @cached_property
+    def parameters(self) -> Array:
+        """Value of the parameter at each point, shape (K,)."""
+        return np.array(self._followed.parameters)
+
+    @cached_property
+    def arclengths(self) -> Array:
+        """Arclength at each point, shape (K,); see ``largest_step`` of `Limb.follow`."""
+        return np.array(self._followed.arclengths)
+
+    @cached_property
+    def postures(self) -> tuple[Posture, ...]:
+        """Posture at each point, solved to the tolerance asked for."""
+        return tuple(
+            self._posture_of(float(parameter), self._followed.posture(number))
+            for number, parameter in enumerate(self.parameters)
+        )
+
+    @property
+    def tips(self) -> Array:
+        """Pose of the tip at each point, shape (K, 4, 4)."""
+        return np.array([posture.tip for posture in self.postures]).reshape(-1, 4, 4)
+
+    @property
+    def stable(self) -> NDArray[np.bool_]:
+        """Which points are stable, shape (K,)."""
+        return np.array([posture.stable for posture in self.postures], dtype=bool)
+
+    @cached_property
+    def events(self) -> tuple[PathEvent, ...]:
+        """Folds and bifurcations in the order in which they are met."""
+        return tuple(
+            PathEvent("fold" if kind == "fold" else "bifurcation", parameter, self._posture_of(parameter, self._followed.event_posture(number)), after)
+            for number, (kind, after, parameter) in enumerate(self._followed.events)
+        )
+
+    @property
+    def folds(self) -> tuple[PathEvent, ...]:
+        """The folds alone."""
+        return tuple(event for event in self.events if event.kind == "fold")
+
+    @property
+    def bifurcations(self) -> tuple[PathEvent, ...]:
+        """The bifurcations alone."""
+        return tuple(event for event in self.events if event.kind == "bifurcation")
+
+    @property
+    def end(self) -> str:
+        """Why the path ends: ``stop``, ``start``, ``no_scene``, ``lost`` or ``max_points``."""
+        return self._followed.end
+
+    @property
+    def success(self) -> bool:
+        """True when the path reached ``stop``, or came back to ``start`` on another posture."""
+        return self.end in ("stop", "start")
+
+    @property
+    def message(self) -> str:
+        """The end in words, and how many folds and bifurcations were met."""
+        if not self.parameters.size:
+            return "the first posture is no equilibrium that could be followed"
+        text = _ENDS[self.end].format(start=self.start, stop=self.stop, last=self.parameters[-1])
+        for kind, events in (("fold", self.folds), ("bifurcation", self.bifurcations)):
+            if events:
+                text += f"; {len(events)} {kind}{'s' if len(events) > 1 else ''}"
+        return text
+
+    def at(self, parameter: float) -> tuple[Posture, ...]:
+        """All postures of the path at a value of the parameter, in the order in which the path meets them.
+
+        Raises
+        ------
+        ValueError
+            ``parameter`` is not a finite number.
+        """
+        value = float(parameter)
+        if not np.isfinite(value):
+            raise ValueError(f"parameter must be finite, got {parameter!r}")
+        found = []
+        for number, here in enumerate(self.parameters):
+            if here == value:
+                found.append(self.postures[number])
+            elif number + 1 < self.parameters.size and (here - value) * (self.parameters[number + 1] - value) < 0.0:
+                between = self._followed.between(number, value)
+                if between is not None:
+                    found.append(self._posture_of(value, between[1]))
+        return tuple(found)
+
+    def __len__(self) -> int:
+        return int(self.parameters.size)
+
+    def __repr__(self) -> str:
+        return f"Path({len(self)} points, {self.message})"
