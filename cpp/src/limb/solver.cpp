@@ -129,8 +129,9 @@ std::optional<Shape> grow_moments(const Geometry& geometry, const Scene& scene, 
         for (std::optional<Shape>* side : {&ridge.taken, &ridge.other}) {
             if (*side) beyond = stable_below(geometry, bare, rough, work, **side);
             if (beyond && distance(geometry, beyond->shape, *rest) > 0.01) break;
+            beyond.reset();
         }
-        if (!beyond) break;
+        if (!beyond) break;  // both sides lead home: no other valley to start from
         rest = std::move(beyond->shape);
     }
     return std::nullopt;
@@ -264,7 +265,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     Attempt last;
     constexpr int finest = 64;
     double carried = 0.0;  // share of the loads without potential, where they were grown
-    for (int parts = 4; parts <= finest; parts *= 2) {
+    for (const int parts : {4, 8, 16, finest}) {
         if (work.exhausted()) break;
         for (RodShape& rod : shape.rods) split_elements(rod, std::max(1, parts / rod.elements()));
         DescentReport fine = descend(geometry, scene, work, shape, solution.descent_iterations);
