@@ -25,19 +25,18 @@ double largest_element_angle(const Shape& shape) {
 
 void Descent::resize(const Shape& shape) {
     const int rods = static_cast<int>(shape.rods.size());
-    chains_.resize(rods), node_moves_.resize(rods), sections_.resize(rods);
+    chains_.resize(rods), sections_.resize(rods);
     elements_ = 0;
     double length = 0.0, bending = 0.0;
     for (int i = 0; i < rods; ++i) {
         chains_[i].resize(shape.rods[i].elements());
         sections_[i] = softened(scene_.rods[i]);
         elements_ += shape.rods[i].elements();
-        node_moves_[i].assign(shape.rods[i].elements() + 1, Vector6::Zero());
         length += scene_.rods[i].rest_length / rods;
         bending += scene_.rods[i].section.bending / scene_.rods[i].rest_length / rods;
     }
     balance_.resize(geometry_.plates());
-    moves_.assign(geometry_.plates(), Vector6::Zero());
+    moves_.set_zero(geometry_, shape);
     length_scale_ = 0.5 * length;
     metric_.head<3>().setConstant(bending / (length_scale_ * length_scale_));
     metric_.tail<3>().setConstant(bending);
@@ -67,12 +66,12 @@ bool Descent::factor(const Shape& shape, double multiplier) {
 }
 
 void Descent::solve_for_step(const Shape& shape) {
-    balance_.solve(balance_.residual(), moves_);
+    balance_.solve(balance_.residual(), moves_.plates);
     int i = 0;
     for (int j = 0; j < geometry_.plates(); ++j)
         for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
-            auto& nodes = node_moves_[i];
-            Balance::end_moves(geometry_, shape.plates, moves_, j, static_cast<int>(k), nodes.front(), nodes.back());
+            auto& nodes = moves_.nodes[i];
+            Balance::end_moves(geometry_, shape.plates, moves_.plates, j, static_cast<int>(k), nodes.front(), nodes.back());
             chains_[i].recover(nodes);
         }
 }
@@ -102,72 +101,50 @@ void Descent::solve_for_unstable_mode(const Shape& shape) {
         std::vector<Vector6> rhs(geometry_.plates());
         Balance::carry(geometry_, shape.plates, rod_ends, rhs);
         for (int j = 0; j < geometry_.plates(); ++j) rhs[j] = balance_.projector(j) * (rhs[j] + plate_rhs[j]);
-        balance_.solve(rhs, moves_);
+        balance_.solve(rhs, moves_.plates);
         int i = 0;
         for (int j = 0; j < geometry_.plates(); ++j)
             for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
-                auto& nodes = node_moves_[i];
-                Balance::end_moves(geometry_, shape.plates, moves_, j, static_cast<int>(k), nodes.front(),
+                auto& nodes = moves_.nodes[i];
+                Balance::end_moves(geometry_, shape.plates, moves_.plates, j, static_cast<int>(k), nodes.front(),
                                    nodes.back());
                 chains_[i].recover_with(interior[i], nodes);
             }
-        scale_step(1.0 / std::max(step_size(), 1e-300));
-        for (int j = 0; j < geometry_.plates(); ++j) plate_rhs[j] = metric_.cwiseProduct(moves_[j]);
+        moves_ *= 1.0 / std::max(step_size(shape), 1e-300);
+        for (int j = 0; j < geometry_.plates(); ++j) plate_rhs[j] = metric_.cwiseProduct(moves_.plates[j]);
         for (std::size_t r = 0; r < chains_.size(); ++r)
             for (int e = 1; e < chains_[r].elements(); ++e)
-                loads[r][e].head<6>() = metric_.cwiseProduct(node_moves_[r][e]);
+                loads[r][e].head<6>() = metric_.cwiseProduct(moves_.nodes[r][e]);
     }
 }
 
-double Descent::step_size() const {
-    double size = 0.0;
-    const auto include = [&](const Vector6& x) {
-        grow(size, x.head<3>().norm() / length_scale_);
-        grow(size, x.tail<3>().norm());
-    };
-    for (const Vector6& x : moves_) include(x);
-    for (const auto& nodes : node_moves_)
-        for (const Vector6& x : nodes) include(x);
-    return size;
-}
+double Descent::step_size(const Shape& shape) const { return largest_deformation(shape, moves_, length_scale_); }
 
 double Descent::slope_along_step(const Shape& shape) const {
     double slope = 0.0;
     for (std::size_t i = 0; i < chains_.size(); ++i)
         for (int e = 0; e < chains_[i].elements(); ++e) {
             const Vector12& force = chains_[i].element(e).force;
-            slope += force.head<6>().dot(node_moves_[i][e]) + force.tail<6>().dot(node_moves_[i][e + 1]);
+            slope += force.head<6>().dot(moves_.nodes[i][e]) + force.tail<6>().dot(moves_.nodes[i][e + 1]);
         }
     for (int j = 0; j < geometry_.plates(); ++j)
-        slope -= plate_load(geometry_, scene_, shape.plates[j], j, nullptr).dot(moves_[j]);
+        slope -= plate_load(geometry_, scene_, shape.plates[j], j, nullptr).dot(moves_.plates[j]);
     return slope;
 }
 
 double Descent::metric_norm_squared() const {
     double norm = 0.0;
-    for (const Vector6& x : moves_) norm += x.dot(metric_.cwiseProduct(x));
-    for (const auto& nodes : node_moves_)
+    for (const Vector6& x : moves_.plates) norm += x.dot(metric_.cwiseProduct(x));
+    for (const auto& nodes : moves_.nodes)
         for (std::size_t e = 1; e + 1 < nodes.size(); ++e) norm += nodes[e].dot(metric_.cwiseProduct(nodes[e]));
     return norm;
 }
 
-void Descent::scale_step(double factor) {
-    for (Vector6& x : moves_) x *= factor;
-    for (auto& nodes : node_moves_)
-        for (Vector6& x : nodes) x *= factor;
-}
-
-void Descent::apply(const Shape& from, Shape& to) const {
-    const auto moved = [](const Pose& pose, const Vector6& x) {
-        return Pose{pose.position + x.head<3>(), orthonormalised(exp_so3(x.tail<3>()) * pose.rotation)};
-    };
-    for (int j = 0; j < geometry_.plates(); ++j) {
-        to.plates[j] = moved(from.plates[j], moves_[j]);
-        meet_hold(scene_.holds[j], to.plates[j]);
-    }
-    for (std::size_t i = 0; i < chains_.size(); ++i)
-        for (int e = 1; e < chains_[i].elements(); ++e)
-            to.rods[i].nodes[e] = moved(from.rods[i].nodes[e], node_moves_[i][e]);
+void Descent::take_step(const Shape& from, Shape& to) const {
+    to.plates = from.plates;
+    for (std::size_t i = 0; i < to.rods.size(); ++i) to.rods[i].nodes = from.rods[i].nodes;
+    apply(geometry_, moves_, 1.0, to);
+    for (int j = 0; j < geometry_.plates(); ++j) meet_hold(scene_.holds[j], to.plates[j]);
     attach_rods(geometry_, to);
 }
 
@@ -220,16 +197,15 @@ Ridge Descent::leave_along_mode(const Shape& top, double top_energy, double mult
     // height beyond a turn of a thousandth, however unstable the saddle. A few Newton steps, convex by the multiplier
     // that the saddle needed, take the stretch out again before the heights are compared.
     constexpr int relaxations = 6;
-    const std::vector<Vector6> mode = moves_;
-    const std::vector<std::vector<Vector6>> node_mode = node_moves_;
+    const Moves mode = moves_;
     Ridge ridge{top, {}, {}};
     Shape trial = top, next = top;
     for (const double amplitude : {0.3, 0.03, 0.003}) {
         double lowest = 0.0;
         for (const double factor : {amplitude, -amplitude}) {
-            moves_ = mode, node_moves_ = node_mode;
-            scale_step(factor);
-            apply(top, trial);
+            moves_ = mode;
+            moves_ *= factor;
+            take_step(top, trial);
             std::optional<Shape> lower;
             double best = 0.0;
             for (int round = 0; round <= relaxations; ++round) {
@@ -237,7 +213,7 @@ Ridge Descent::leave_along_mode(const Shape& top, double top_energy, double mult
                 if (!std::isfinite(change) || largest_element_angle(trial) >= 2.0) break;
                 if (change < best) best = change, lower = trial;
                 if (round == relaxations || !step_within(trial, multiplier, amplitude)) break;
-                apply(trial, next);
+                take_step(trial, next);
                 std::swap(trial, next);
             }
             if (!lower) continue;
@@ -271,7 +247,7 @@ bool Descent::step_within(const Shape& shape, double multiplier, double radius) 
     for (int rung = 0; rung < 20; ++rung, multiplier *= 4.0) {
         if (!factor(shape, multiplier)) continue;
         solve_for_step(shape);
-        if (step_size() <= radius) return true;
+        if (step_size(shape) <= radius) return true;
     }
     return false;
 }
@@ -305,7 +281,7 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
             convex = factor(shape, multiplier);
             if (convex) {
                 solve_for_step(shape);
-                size = step_size();
+                size = step_size(shape);
                 if (size <= 1.25 * radius) break;
             }
             multiplier = std::max(1e-3, 4.0 * multiplier);
@@ -318,7 +294,7 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
         const double predicted = 0.5 * slope - 0.5 * multiplier * metric_norm_squared();
         const double noise = 1e-13 * std::abs(report.energy) + 1e-300;
         if (multiplier == 0.0 && size < settings.small_step) {
-            apply(shape, trial);
+            take_step(shape, trial);
             if (largest_element_angle(trial) < 2.0) shape = trial;
             report.status = SolveStatus::converged;
             return report;
@@ -348,7 +324,7 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
             multiplier = 0.0;
             continue;
         }
-        apply(shape, trial);
+        take_step(shape, trial);
         const double angle = largest_element_angle(trial);
         const double trial_energy = energy(trial);
         const double change = trial_energy - report.energy - work_on_step(shape, trial);

@@ -66,21 +66,19 @@ double largest_activity(const Scene& scene, const Shape& shape) {
 
 void Equilibrium::resize(const Shape& shape) {
     const std::size_t rods = shape.rods.size();
-    chains_.resize(rods), exact_.resize(rods), moves_.nodes.resize(rods), moves_.wrenches.resize(rods);
+    chains_.resize(rods), exact_.resize(rods);
     loads_.resize(rods), gaps_.resize(rods), interior_.resize(rods), rod_forces_.resize(rods);
     double length = 0.0;
     for (std::size_t i = 0; i < rods; ++i) {
         const int elements = shape.rods[i].elements();
         chains_[i].resize(elements), exact_[i].resize(elements);
-        moves_.nodes[i].assign(elements + 1, Vector6::Zero());
-        moves_.wrenches[i].assign(elements, Vector6::Zero());
         loads_[i].assign(elements, Vector12::Zero());
         gaps_[i].assign(elements, Vector6::Zero());
         interior_[i].assign(elements + 1, Vector6::Zero());
         length += scene_.rods[i].rest_length / static_cast<double>(rods);
     }
     balance_.resize(geometry_.plates());
-    moves_.plates.assign(geometry_.plates(), Vector6::Zero());
+    moves_.set_zero(geometry_, shape);
     plate_forces_.assign(geometry_.plates(), Vector6::Zero());
     carried_.assign(geometry_.plates(), Vector6::Zero());
     hold_rows_.assign(geometry_.plates(), Vector6::Zero());
@@ -193,33 +191,14 @@ bool Equilibrium::differ(const Shape& shape, const Border& border) {
     return true;
 }
 
-double Equilibrium::inner_product(const Moves& a, const Moves& b) const {
-    const double per_area = 1.0 / (geometry_.length * geometry_.length);
-    double plates = 0.0, nodes = 0.0;
-    std::size_t count = 0;
-    const auto product = [per_area](const Vector6& x, const Vector6& y) {
-        return per_area * x.head<3>().dot(y.head<3>()) + x.tail<3>().dot(y.tail<3>());
-    };
-    for (std::size_t j = 0; j < a.plates.size(); ++j) plates += product(a.plates[j], b.plates[j]);
-    for (std::size_t i = 0; i < a.nodes.size(); ++i)
-        for (std::size_t e = 1; e + 1 < a.nodes[i].size(); ++e, ++count)
-            nodes += product(a.nodes[i][e], b.nodes[i][e]);
-    return plates / static_cast<double>(a.plates.size()) + nodes / std::max<double>(1.0, static_cast<double>(count));
-}
-
 double Equilibrium::stay_perpendicular(const Border& border) {
     // moves_ + step * by_parameter_, with the step that keeps the sum perpendicular to the tangent.
     if (border.tangent == nullptr) return 0.0;
     const double per_range = 1.0 / (border.range * border.range);
-    const double step = -inner_product(*border.tangent, moves_) /
-                        (inner_product(*border.tangent, by_parameter_) + per_range * border.parameter_tangent);
-    for (std::size_t j = 0; j < moves_.plates.size(); ++j) moves_.plates[j] += step * by_parameter_.plates[j];
-    for (std::size_t i = 0; i < moves_.nodes.size(); ++i) {
-        for (std::size_t e = 0; e < moves_.nodes[i].size(); ++e)
-            moves_.nodes[i][e] += step * by_parameter_.nodes[i][e];
-        for (std::size_t e = 0; e < moves_.wrenches[i].size(); ++e)
-            moves_.wrenches[i][e] += step * by_parameter_.wrenches[i][e];
-    }
+    const double length = geometry_.length;
+    const double step = -inner_product(*border.tangent, moves_, length) /
+                        (inner_product(*border.tangent, by_parameter_, length) + per_range * border.parameter_tangent);
+    moves_.add(step, by_parameter_);
     return step;
 }
 
@@ -227,18 +206,6 @@ Moves Equilibrium::response_to_parameter(const Shape& shape, const Border& borde
     differ(shape, border);
     Moves response = moves_;
     return response;
-}
-
-double Equilibrium::largest_move(double length) const {
-    double largest = 0.0;
-    const auto include = [&](const Vector6& x) {
-        grow(largest, x.head<3>().norm() / length);
-        grow(largest, x.tail<3>().norm());
-    };
-    for (const Vector6& x : moves_.plates) include(x);
-    for (const auto& nodes : moves_.nodes)
-        for (const Vector6& x : nodes) include(x);
-    return largest;
 }
 
 double Equilibrium::step_size(const Shape& shape) const {
@@ -250,7 +217,7 @@ double Equilibrium::step_size(const Shape& shape) const {
         floor_moment = std::max(floor_moment, rod.section.bending / rod.rest_length);
         floor_force = std::max(floor_force, rod.section.bending / (rod.rest_length * rod.rest_length));
     }
-    double size = largest_move(geometry_.length);
+    double size = largest_move(moves_, geometry_.length);
     for (const auto& wrenches : moves_.wrenches)
         for (const Vector6& w : wrenches) {
             grow(size, 1e-3 * w.head<3>().norm() / std::max(force, floor_force));
@@ -259,25 +226,9 @@ double Equilibrium::step_size(const Shape& shape) const {
     return size;
 }
 
-double Equilibrium::bounded_factor(double largest_turn) const {
-    const double turn = largest_move(length_scale_);
+double Equilibrium::bounded_factor(const Shape& shape, double largest_turn) const {
+    const double turn = largest_deformation(shape, moves_, length_scale_);
     return turn > largest_turn ? largest_turn / turn : 1.0;
-}
-
-void Equilibrium::move(Shape& shape, const Moves& moves, double factor) const {
-    const auto move = [factor](Pose& pose, const Vector6& x) {
-        pose.position += factor * x.head<3>();
-        pose.rotation = orthonormalised(exp_so3(factor * x.tail<3>()) * pose.rotation);
-    };
-    for (int j = 0; j < geometry_.plates(); ++j) move(shape.plates[j], moves.plates[j]);
-    for (std::size_t i = 0; i < shape.rods.size(); ++i) {
-        RodShape& rod = shape.rods[i];
-        for (int e = 0; e < rod.elements(); ++e) {
-            if (e > 0) move(rod.nodes[e], moves.nodes[i][e]);
-            rod.wrenches[e] += factor * moves.wrenches[i][e];
-        }
-    }
-    attach_rods(geometry_, shape);
 }
 
 double Equilibrium::relative_residual(const Shape& shape) const {
@@ -330,7 +281,7 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
         const double parameter_step = border ? stay_perpendicular(*border) : 0.0;
         const double size = border ? std::max(step_size(shape), std::abs(parameter_step) / border->range)
                                    : step_size(shape);
-        const double factor = bounded_factor(settings.largest_turn);
+        const double factor = bounded_factor(shape, settings.largest_turn);
         if (!std::isfinite(size)) {
             report.status = SolveStatus::not_finite;
             return report;
@@ -344,7 +295,7 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
             pin(1e-7);
             continue;
         }
-        move(shape, moves_, factor);
+        apply(geometry_, moves_, factor, shape);
         if (border && !border->move_by(factor * parameter_step)) {
             report.status = SolveStatus::limit_point;
             return report;
@@ -370,7 +321,7 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
             return report;
         }
         // Rounding sets a floor: a Newton step below 1e-11 that no longer shrinks is as good as doubles get.
-        move(shape, moves_, 1.0);
+        apply(geometry_, moves_, 1.0, shape);
         if (border && !border->move_by(parameter_error)) {
             report.status = SolveStatus::limit_point;
             return report;

@@ -32,14 +32,6 @@ void split_moves(Moves& moves, std::size_t rod, int parts) {
     moves.wrenches[rod] = std::move(fine_wrenches);
 }
 
-void scale(Moves& moves, double factor) {
-    for (Vector6& x : moves.plates) x *= factor;
-    for (auto& nodes : moves.nodes)
-        for (Vector6& x : nodes) x *= factor;
-    for (auto& wrenches : moves.wrenches)
-        for (Vector6& x : wrenches) x *= factor;
-}
-
 class Follower {
 public:
     Follower(const Geometry& geometry, const SceneAt& scene_at, const Scene& first, const PathSettings& settings,
@@ -89,18 +81,18 @@ public:
         const double norm = std::sqrt(product(tangent, tangent));
         const double sign = previous && product(*previous, tangent) < 0.0 ? -1.0 : 1.0;
         if (!std::isfinite(norm)) return false;
-        scale(tangent.moves, sign / norm);
+        tangent.moves *= sign / norm;
         point.slope = tangent.parameter = sign / norm;
         return true;
     }
 
     double product(const Tangent& a, const Tangent& b) const {
-        return equilibrium_.inner_product(a.moves, b.moves) + a.parameter * b.parameter / (range_ * range_);
+        return inner_product(a.moves, b.moves, equilibrium_.geometry().length) + a.parameter * b.parameter / (range_ * range_);
     }
 
     Shape predicted(const PathPoint& point, const Tangent& tangent, double step) const {
         Shape shape = point.shape;
-        equilibrium_.move(shape, tangent.moves, step);
+        apply(equilibrium_.geometry(), tangent.moves, step, shape);
         return shape;
     }
 
@@ -261,7 +253,7 @@ Path follow(const Geometry& geometry, const SceneAt& scene_at, const Shape& firs
     Tangent tangent;
     if (!found || !follower.look_along(*found, nullptr, tangent)) return path;
     if (settings.stop < settings.start) {
-        scale(tangent.moves, -1.0);
+        tangent.moves *= -1.0;
         found->slope = tangent.parameter = -tangent.parameter;
     }
     path.points.push_back(std::move(*found));
@@ -313,7 +305,7 @@ std::optional<PathPoint> point_between(const Geometry& geometry, const SceneAt& 
     Tangent tangent;
     if (!follower.look_along(here, nullptr, tangent)) return std::nullopt;
     if (before.slope < 0.0) {
-        scale(tangent.moves, -1.0);
+        tangent.moves *= -1.0;
         here.slope = tangent.parameter = -tangent.parameter;
     }
     return follower.between(here, tangent, after, parameter);

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "softlimb/limb/balance.hpp"
+#include "softlimb/limb/moves.hpp"
 #include "softlimb/limb/scene.hpp"
 #include "softlimb/solve/status.hpp"
 #include "softlimb/solve/work.hpp"
@@ -52,11 +53,10 @@ private:
     Ridge leave_along_mode(const Shape& top, double top_energy, double multiplier);
     /// Newton step at a shape, shifted by at least `multiplier` and as much more as makes it convex and short enough.
     bool step_within(const Shape& shape, double multiplier, double radius);
-    double step_size() const;
+    double step_size(const Shape& shape) const;
     double slope_along_step(const Shape& shape) const;
     double metric_norm_squared() const;
-    void scale_step(double factor);
-    void apply(const Shape& from, Shape& to) const;
+    void take_step(const Shape& from, Shape& to) const;
     double energy(const Shape& shape) const;
     double work_on_step(const Shape& from, const Shape& to) const;
 
@@ -67,8 +67,7 @@ private:
     std::vector<Section> sections_;  // as the descent sees them, see `softened`
     std::vector<rod::Chain> chains_;
     Balance balance_;
-    std::vector<Vector6> moves_;
-    std::vector<std::vector<Vector6>> node_moves_;
+    Moves moves_;
     Vector6 metric_;
     double length_scale_ = 1.0;
 };

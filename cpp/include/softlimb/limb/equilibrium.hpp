@@ -15,17 +15,12 @@
 #include <functional>
 
 #include "softlimb/limb/balance.hpp"
+#include "softlimb/limb/moves.hpp"
 #include "softlimb/limb/scene.hpp"
 #include "softlimb/solve/status.hpp"
 #include "softlimb/solve/work.hpp"
 
 namespace softlimb::limb {
-
-/// Moves (dp, dtheta) of plates and of the nodes of every rod, and changes of the wrenches of its pieces.
-struct Moves {
-    std::vector<Vector6> plates;
-    std::vector<std::vector<Vector6>> nodes, wrenches;
-};
 
 /// A parameter of the scene that Newton may move as well, within a plane: the border of a pseudo-arclength step.
 struct Border {
@@ -70,10 +65,6 @@ public:
 
     /// Moves of everything by unit parameter, at the last solution.
     Moves response_to_parameter(const Shape& shape, const Border& border);
-    /// Mean of the products of two moves over plates and nodes: translations in limb lengths, rotations in radians.
-    double inner_product(const Moves& a, const Moves& b) const;
-    /// Moves a shape along; wrenches as well.
-    void move(Shape& shape, const Moves& moves, double factor) const;
 
     /// Linearises at a shape that is an equilibrium already, for the responses below; with `pinned` a neutral mode is
     /// held by a shift far below the rods' stiffness. False where it is singular.
@@ -106,9 +97,8 @@ private:
     bool differ(const Shape& shape, const Border& border);
     void respond_to_gaps(const Shape& shape);
     double stay_perpendicular(const Border& border);
-    double largest_move(double length) const;  // translations by `length`, rotations in radians
     double step_size(const Shape& shape) const;
-    double bounded_factor(double largest_turn) const;
+    double bounded_factor(const Shape& shape, double largest_turn) const;
     double relative_residual(const Shape& shape) const;
 
     static rod::RodPiece piece_of(const Scene& scene, int i, const Shape& shape) {

@@ -1,0 +1,98 @@
+#include "softlimb/limb/moves.hpp"
+
+#include <algorithm>
+
+#include "softlimb/largest.hpp"
+
+namespace softlimb::limb {
+namespace {
+
+/// Calls `use` for every vector of `a`, with its fellow in `b`.
+template <class A, class B, class Use>
+void for_pairs(A& a, B& b, Use&& use) {
+    for (std::size_t j = 0; j < a.plates.size(); ++j) use(a.plates[j], b.plates[j]);
+    for (std::size_t i = 0; i < a.nodes.size(); ++i)
+        for (std::size_t e = 0; e < a.nodes[i].size(); ++e) use(a.nodes[i][e], b.nodes[i][e]);
+    for (std::size_t i = 0; i < a.wrenches.size(); ++i)
+        for (std::size_t e = 0; e < a.wrenches[i].size(); ++e) use(a.wrenches[i][e], b.wrenches[i][e]);
+}
+
+}  // namespace
+
+void Moves::set_zero(const Geometry& geometry, const Shape& shape) {
+    plates.assign(geometry.plates(), Vector6::Zero());
+    nodes.resize(shape.rods.size()), wrenches.resize(shape.rods.size());
+    for (std::size_t i = 0; i < shape.rods.size(); ++i) {
+        nodes[i].assign(shape.rods[i].elements() + 1, Vector6::Zero());
+        wrenches[i].assign(shape.rods[i].elements(), Vector6::Zero());
+    }
+}
+
+Moves& Moves::operator*=(double factor) {
+    for_pairs(*this, *this, [factor](Vector6& x, const Vector6&) { x *= factor; });
+    return *this;
+}
+
+Moves& Moves::add(double factor, const Moves& other) {
+    for_pairs(*this, other, [factor](Vector6& x, const Vector6& y) { x += factor * y; });
+    return *this;
+}
+
+double largest_move(const Moves& moves, double length) {
+    double largest = 0.0;
+    const auto include = [&](const Vector6& x) {
+        grow(largest, x.head<3>().norm() / length);
+        grow(largest, x.tail<3>().norm());
+    };
+    for (const Vector6& x : moves.plates) include(x);
+    for (const auto& nodes : moves.nodes)
+        for (const Vector6& x : nodes) include(x);
+    return largest;
+}
+
+double largest_deformation(const Shape& shape, const Moves& moves, double length) {
+    double largest = 0.0;
+    for (const Vector6& x : moves.plates) grow(largest, x.tail<3>().norm());
+    for (std::size_t i = 0; i < moves.nodes.size(); ++i) {
+        const auto& nodes = moves.nodes[i];
+        const auto& poses = shape.rods[i].nodes;
+        for (std::size_t e = 0; e + 1 < nodes.size(); ++e) {
+            const Vector3 turn = nodes[e].tail<3>(), arm = poses[e + 1].position - poses[e].position;
+            const Vector3 carried = nodes[e].head<3>() + turn.cross(arm);
+            grow(largest, (nodes[e + 1].head<3>() - carried).norm() / length);
+            grow(largest, nodes[e + 1].tail<3>().norm());
+        }
+    }
+    return largest;
+}
+
+double inner_product(const Moves& a, const Moves& b, double length) {
+    const double per_area = 1.0 / (length * length);
+    const auto product = [per_area](const Vector6& x, const Vector6& y) {
+        return per_area * x.head<3>().dot(y.head<3>()) + x.tail<3>().dot(y.tail<3>());
+    };
+    double plates = 0.0, nodes = 0.0;
+    std::size_t count = 0;
+    for (std::size_t j = 0; j < a.plates.size(); ++j) plates += product(a.plates[j], b.plates[j]);
+    for (std::size_t i = 0; i < a.nodes.size(); ++i)
+        for (std::size_t e = 1; e + 1 < a.nodes[i].size(); ++e, ++count) nodes += product(a.nodes[i][e], b.nodes[i][e]);
+    return plates / static_cast<double>(a.plates.size()) + nodes / static_cast<double>(std::max<std::size_t>(1, count));
+}
+
+void apply(const Geometry& geometry, const Moves& moves, double factor, Shape& shape) {
+    const auto move = [factor](Pose& pose, const Vector6& x) {
+        pose.position += factor * x.head<3>();
+        pose.rotation = orthonormalised(exp_so3(factor * x.tail<3>()) * pose.rotation);
+    };
+    for (int j = 0; j < geometry.plates(); ++j) move(shape.plates[j], moves.plates[j]);
+    for (std::size_t i = 0; i < shape.rods.size(); ++i) {
+        RodShape& rod = shape.rods[i];
+        for (int e = 0; e < rod.elements(); ++e) {
+            if (e > 0) move(rod.nodes[e], moves.nodes[i][e]);
+            rod.wrenches[e] += factor * moves.wrenches[i][e];
+        }
+    }
+    attach_rods(geometry, shape);
+}
+
+}  // namespace softlimb::limb
