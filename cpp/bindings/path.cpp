@@ -49,9 +49,8 @@ std::shared_ptr<FollowedPath> follow(const std::shared_ptr<Geometry>& geometry, 
     followed->settings.first_step = std::min(followed->settings.first_step, largest_step);
     followed->settings.max_points = max_points;
     solve::Work work = work_of(followed->settings, *geometry);
-    followed->path = raising_signals([&] {
-        return limb::follow(*geometry, followed->scene_at, first.solution.shape, followed->settings, work);
-    });
+    followed->path = raising_signals(
+        [&] { return limb::follow(*geometry, followed->scene_at, first.solution.shape, followed->settings, work); });
     return followed;
 }
 
@@ -113,15 +112,15 @@ void bind_path(py::module_& m) {
         .def_property_readonly(
             "arclengths",
             [](const FollowedPath& f) { return values(f, [](const limb::PathPoint& p) { return p.arclength; }); })
-        .def_property_readonly("events",
-                               [](const FollowedPath& f) {
-                                   std::vector<py::typing::Tuple<std::string, int, double>> events;
-                                   for (const limb::PathEvent& e : f.path.events)
-                                       events.push_back(py::make_tuple(
-                                           e.kind == limb::EventKind::fold ? "fold" : "bifurcation", e.after,
-                                           e.point.parameter));
-                                   return events;
-                               })
+        .def_property_readonly(
+            "events",
+            [](const FollowedPath& f) {
+                std::vector<py::typing::Tuple<std::string, int, double>> events;
+                for (const limb::PathEvent& e : f.path.events)
+                    events.push_back(py::make_tuple(e.kind == limb::EventKind::fold ? "fold" : "bifurcation", e.after,
+                                                    e.point.parameter));
+                return events;
+            })
         .def("posture", [](const FollowedPath& f, int i) { return posture_at(f, f.path.points.at(i)); })
         .def("event_posture", [](const FollowedPath& f, int i) { return posture_at(f, f.path.events.at(i).point); })
         .def("between", &between, py::arg("after"), py::arg("parameter"),

@@ -71,7 +71,8 @@ void Descent::solve_for_step(const Shape& shape) {
     for (int j = 0; j < geometry_.plates(); ++j)
         for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
             auto& nodes = moves_.nodes[i];
-            Balance::end_moves(geometry_, shape.plates, moves_.plates, j, static_cast<int>(k), nodes.front(), nodes.back());
+            Balance::end_moves(geometry_, shape.plates, moves_.plates, j, static_cast<int>(k), nodes.front(),
+                               nodes.back());
             chains_[i].recover(nodes);
         }
 }

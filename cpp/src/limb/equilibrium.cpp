@@ -111,7 +111,8 @@ void Equilibrium::propose(const Shape& shape) {
     for (int j = 0; j < geometry_.plates(); ++j)
         for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
             auto& nodes = moves_.nodes[i];
-            Balance::end_moves(geometry_, shape.plates, moves_.plates, j, static_cast<int>(k), nodes.front(), nodes.back());
+            Balance::end_moves(geometry_, shape.plates, moves_.plates, j, static_cast<int>(k), nodes.front(),
+                               nodes.back());
             chains_[i].recover(nodes);
             for (int e = 0; e < chains_[i].elements(); ++e)
                 moves_.wrenches[i][e] = exact_[i][e].wrench_change(nodes[e], nodes[e + 1]);
@@ -152,7 +153,8 @@ void Equilibrium::respond_to_gaps(const Shape& shape) {
     for (int j = 0; j < geometry_.plates(); ++j)
         for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
             auto& nodes = moves_.nodes[i];
-            Balance::end_moves(geometry_, shape.plates, moves_.plates, j, static_cast<int>(k), nodes.front(), nodes.back());
+            Balance::end_moves(geometry_, shape.plates, moves_.plates, j, static_cast<int>(k), nodes.front(),
+                               nodes.back());
             chains_[i].recover_with(interior_[i], nodes);
             for (int e = 0; e < chains_[i].elements(); ++e) {
                 const Vector6 other = exact_[i][e].gap() - gaps_[i][e];  // these gaps in place of the linearisation's
@@ -184,8 +186,8 @@ bool Equilibrium::differ(const Shape& shape, const Border& border) {
         const Pose& plate = shape.plates[j];
         plate_forces_[j] = -per_span * (plate_load(geometry_, border.after, plate, j, nullptr) -
                                         plate_load(geometry_, border.before, plate, j, nullptr));
-        hold_rows_[j] = balance_.hold_map(j) * (per_span * (hold_gap(border.after.holds[j], plate) -
-                                                            hold_gap(border.before.holds[j], plate)));
+        hold_rows_[j] = balance_.hold_map(j) *
+                        (per_span * (hold_gap(border.after.holds[j], plate) - hold_gap(border.before.holds[j], plate)));
     }
     respond_to_gaps(shape);
     return true;
@@ -279,8 +281,8 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
         }
         propose(shape);
         const double parameter_step = border ? stay_perpendicular(*border) : 0.0;
-        const double size = border ? std::max(step_size(shape), std::abs(parameter_step) / border->range)
-                                   : step_size(shape);
+        const double size =
+            border ? std::max(step_size(shape), std::abs(parameter_step) / border->range) : step_size(shape);
         const double factor = bounded_factor(shape, settings.largest_turn);
         if (!std::isfinite(size)) {
             report.status = SolveStatus::not_finite;
@@ -313,8 +315,8 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
             return report;
         }
         const double parameter_error = border ? stay_perpendicular(*border) : 0.0;
-        const double error = border ? std::max(step_size(shape), std::abs(parameter_error) / border->range)
-                                    : step_size(shape);
+        const double error =
+            border ? std::max(step_size(shape), std::abs(parameter_error) / border->range) : step_size(shape);
         report.error_estimate = error;
         if (!std::isfinite(error)) {
             report.status = SolveStatus::not_finite;

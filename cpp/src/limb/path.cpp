@@ -19,7 +19,7 @@ struct Tangent {
 /// The same moves on a mesh whose pieces were split: linear between the nodes, wrenches as they are.
 void split_moves(Moves& moves, std::size_t rod, int parts) {
     if (parts <= 1) return;
-    const std::vector<Vector6> &nodes = moves.nodes[rod], &wrenches = moves.wrenches[rod];
+    const std::vector<Vector6>&nodes = moves.nodes[rod], &wrenches = moves.wrenches[rod];
     std::vector<Vector6> fine_nodes, fine_wrenches;
     for (std::size_t e = 0; e < wrenches.size(); ++e)
         for (int k = 0; k < parts; ++k) {
@@ -87,7 +87,8 @@ public:
     }
 
     double product(const Tangent& a, const Tangent& b) const {
-        return inner_product(a.moves, b.moves, equilibrium_.geometry().length) + a.parameter * b.parameter / (range_ * range_);
+        return inner_product(a.moves, b.moves, equilibrium_.geometry().length) +
+               a.parameter * b.parameter / (range_ * range_);
     }
 
     Shape predicted(const PathPoint& point, const Tangent& tangent, double step) const {
@@ -100,8 +101,8 @@ public:
     bool step_from(const PathPoint& point, const Tangent& tangent, double step, double tolerance, PathPoint& next,
                    Tangent& ahead) {
         Tangent plane = tangent;
-        std::optional<PathPoint> found = correct(predicted(point, tangent, step),
-                                                 point.parameter + step * tangent.parameter, &plane, tolerance);
+        std::optional<PathPoint> found =
+            correct(predicted(point, tangent, step), point.parameter + step * tangent.parameter, &plane, tolerance);
         if (!found || !look_along(*found, &plane, ahead)) return false;
         next = std::move(*found);
         next.arclength = point.arclength + step;
@@ -265,8 +266,8 @@ Path follow(const Geometry& geometry, const SceneAt& scene_at, const Shape& firs
         PathPoint next;
         Tangent ahead;
         std::optional<PathEnd> arrived;
-        bool done = follower.step_from(here, tangent, step, settings.tolerance, next, ahead) &&
-                    follower.turn() > sharpest_turn;
+        bool done =
+            follower.step_from(here, tangent, step, settings.tolerance, next, ahead) && follower.turn() > sharpest_turn;
         if (done && (next.parameter > high || next.parameter < low)) {
             const double end = next.parameter > high ? high : low;
             std::optional<PathPoint> last = follower.between(here, tangent, next, end);
@@ -288,8 +289,11 @@ Path follow(const Geometry& geometry, const SceneAt& scene_at, const Shape& firs
             return path;
         }
         tangent = std::move(ahead);
-        if (iterations <= 3) step = std::min(1.6 * step, settings.largest_step);
-        if (iterations >= 6) step *= 0.6;
+        // Next step: longer where Newton was quick, and so that the path turns by about half of what is allowed.
+        const double angle = std::acos(std::min(1.0, follower.turn())), aim = 0.5 * std::acos(sharpest_turn);
+        double change = std::clamp(aim / std::max(angle, 1e-3), 0.5, iterations <= 3 ? 1.6 : 1.0);
+        if (iterations >= 6) change = std::min(change, 0.6);
+        step = std::min(change * step, settings.largest_step);
     }
     path.end = PathEnd::max_points;
     return path;

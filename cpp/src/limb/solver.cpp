@@ -105,7 +105,7 @@ std::optional<Shape> grow_moments(const Geometry& geometry, const Scene& scene, 
     rough.tolerance = std::max(options.tolerance, 1e-6);  // only the last step has to be exact
     PathSettings settings;
     settings.tolerance = rough.tolerance;
-    settings.first_step = 0.1, settings.largest_step = 0.3;
+    settings.first_step = 0.1, settings.largest_step = 1.0;
     settings.locate = false;
     const Scene bare = with_moments(scene, 0.0);
     Solution found = solve(geometry, bare, rough, nullptr);
@@ -114,8 +114,8 @@ std::optional<Shape> grow_moments(const Geometry& geometry, const Scene& scene, 
     std::optional<Shape> rest = std::move(found.shape);
     constexpr int valleys = 4;
     for (int valley = 0; valley < valleys; ++valley) {
-        const Path path = follow(
-            geometry, [&](double share) { return with_moments(scene, share); }, *rest, settings, work);
+        const Path path =
+            follow(geometry, [&](double share) { return with_moments(scene, share); }, *rest, settings, work);
         for (const PathPoint& point : path.points) {
             iterations += point.report.iterations;
             farthest = std::max(farthest, point.parameter);
@@ -283,7 +283,8 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
                 std::string message = "converged";
                 if (unstable || (ridge && attempt.stable() && is_unstable_posture(ridge->top)))
                     message += "; an unstable posture was met first and left along its mode";
-                if (ridge && attempt.stable() && !attempt.report.neutral_mode) message += second_posture(*ridge, attempt);
+                if (ridge && attempt.stable() && !attempt.report.neutral_mode)
+                    message += second_posture(*ridge, attempt);
                 if (!attempt.stable() && solution.conservative)
                     message += " to an unstable posture (" +
                                count_of(attempt.report.plate_modes + attempt.report.rod_modes) + ")";
@@ -292,7 +293,8 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
             if (!unstable || attempt.stable()) unstable = attempt;
         }
         last = std::move(attempt);
-        if (parts != 16 || solution.conservative) continue;
+        const bool descent_lost = fine.status != SolveStatus::converged;
+        if (solution.conservative || carried > 0.0 || (parts < 16 && !descent_lost)) continue;
         // No potential to descend and no luck near where the work led: the loads themselves are the way.
         const std::optional<Shape> grown = grow_moments(geometry, scene, options, work, solution.iterations, carried);
         if (!grown) continue;
@@ -327,8 +329,8 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
                                                 : "not converged: Newton's iterations ran out from every mesh";
     }
     if (carried > 0.0 && carried < 1.0)
-        solution.message += "; grown from nothing, the loads without potential reach " +
-                            std::to_string(static_cast<int>(100.0 * carried)) + " per cent and fold";
+        solution.message += "; grown from nothing, the loads without potential reached " +
+                            std::to_string(static_cast<int>(100.0 * carried)) + " per cent";
     return solution;
 }
 
