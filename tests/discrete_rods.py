@@ -1,9 +1,10 @@
 """A second model of a posture: rods as many short elements, their energy, its slope and its Hessian, in plain numpy.
 
-It shares nothing with the package. An element joins two poses a rest length h apart. Its strains are the chord seen
-from the frame half way, v = R_mid^T (p_b - p_a)/h, and the rotation vector between the frames over h; its energy is
-quadratic in them. Both strains are right to second order in h, so every answer is, too. The slope is written by hand,
-the Hessian is its complex step, exact to rounding, and symmetric only if the slope is that of an energy.
+It shares nothing with the package. An element joins two poses a rest length h apart. Its strains are the rotation
+vector phi between the frames over h, and the chord w = R_mid^T (p_b - p_a)/h seen from the frame half way, drawn out to
+its arc, v = w - phi x (phi x w)/24; its energy is quadratic in them. Both strains are right to second order in h, so
+every answer is, too. The slope is written by hand, the Hessian is its complex step, exact to rounding, and symmetric
+only if the slope is that of an energy.
 
 The number of negative eigenvalues at a stationary point is the number of unstable modes: nothing is condensed, no
 conjugate point is looked for.
@@ -142,7 +143,8 @@ class DiscreteLimb:
         angle = 2.0 * tangent * arctangent_ratio((tangent * tangent).sum(axis=-1)[..., None])
         middle = r_a @ turn(0.5 * angle)
         chord = transposed_times(middle, p_b - p_a)
-        return np.concatenate([chord, angle], axis=-1) / self.h[:, None] - self.rest, angle, middle
+        arc = chord - np.cross(angle, np.cross(angle, chord)) / 24.0
+        return np.concatenate([arc, angle], axis=-1) / self.h[:, None] - self.rest, angle, middle, chord
 
     def _ends(self, moves: np.ndarray) -> list[tuple[np.ndarray, ...]]:
         """Position, rotation, lever arm and turning of the two ends of all elements moved by (..., E, 12)."""
@@ -158,12 +160,16 @@ class DiscreteLimb:
 
     def _element_slopes(self, moves: np.ndarray) -> np.ndarray:
         (p_a, r_a, arm_a, turning_a), (p_b, r_b, arm_b, turning_b) = self._ends(moves)
-        strain, angle, middle = self._strain(p_a, r_a, p_b, r_b)
+        strain, angle, middle, chord = self._strain(p_a, r_a, p_b, r_b)
         inside = times(self.stiffness, strain)
-        force = times(middle, inside[..., :3])
+        n = inside[..., :3]
+        force = times(middle, n - np.cross(angle, np.cross(angle, n)) / 24.0)
+        drawn = 2.0 * angle * (chord * n).sum(axis=-1)[..., None]
+        drawn = drawn - n * (angle * chord).sum(axis=-1)[..., None] - chord * (angle * n).sum(axis=-1)[..., None]
         # The frame half way turns with the first end and by half of what the angle grows.
         couple = np.cross(p_b - p_a, force)
-        moment = inside[..., 3:] - 0.5 * transposed_times(turning(0.5 * angle), transposed_times(r_a, couple))
+        by_middle = transposed_times(turning(0.5 * angle), transposed_times(r_a, couple))
+        moment = inside[..., 3:] + drawn / 24.0 - 0.5 * by_middle
         # d(angle) = J_r^-1 R_b^T (dtheta_b - dtheta_a), and J_r(angle) = J_l(-angle).
         torque = times(r_b, np.linalg.solve(turning(-angle).swapaxes(-1, -2), moment[..., None])[..., 0])
         half_load = 0.5 * self.h[:, None] * self.line
