@@ -104,14 +104,14 @@ def tower(counts: Sequence[int], radii: Sequence[float], ratio: float, size: flo
 
 TOWERS: dict[str, tuple[Sequence[int], Sequence[float]]] = {
     **{f"{n} rods": ([n], [0.2]) for n in range(1, 13)},
-    **{f"{j} segments": ([3] * j, [0.2] * j) for j in range(2, 11)},
+    **{f"{j} segments": ([3] * j, [0.2] * j) for j in (2, 4, 7, 10)},
     "one to twelve rods": (range(1, 13), [0.2] * 12),
     "tip ring a tenth of the base ring": ([3] * 5, np.geomspace(0.3, 0.03, 5)),
     "tip ring half the base ring": ([3, 4, 5], np.linspace(0.3, 0.15, 3)),
 }
 
 
-@pytest.mark.parametrize("ratio", [10.0, 1e3, 1e6, 1e9, 1.6e7])
+@pytest.mark.parametrize("ratio", [10.0, 1e3, 1.6e7, 1e9])
 @pytest.mark.parametrize("name", TOWERS)
 def test_a_limb_without_load_is_as_compliant_as_beams_in_parallel_and_segments_in_series(
     name: str, ratio: float
@@ -188,7 +188,7 @@ RINGS = {
     "three rods": ([3], [0.05]),
     "two rods": ([2], [0.03]),
     "three segments, a tapering ring": ([3, 4, 5], [0.1, 0.05, 0.01]),
-    "ten segments": ([3] * 10, [0.05] * 10),
+    "six segments": ([3] * 6, [0.05] * 6),
 }
 
 
@@ -199,7 +199,7 @@ def test_rods_of_the_lengths_of_parallel_arcs_bend_into_them_without_any_force(
     name: str, degrees: float, seed: int
 ) -> None:
     limb = arcs(*RINGS[name], seed)
-    # In all: the tip of three or ten segments tilts by the same.
+    # In all: the tip of three or six segments tilts by the same.
     angle = degrees * deg / len(limb)
     lengths, wrenches, plates = bent_into_arcs(limb, angle)
     found = solved(limb, rest_lengths=lengths, plate_wrenches=wrenches, tolerance=1e-9)
