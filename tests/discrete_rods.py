@@ -6,7 +6,7 @@ its arc, v = w - phi x (phi x w)/24; its energy is quadratic in them. Both strai
 every answer is, too. The slope is written by hand, the Hessian is its complex step, exact to rounding, and symmetric
 only if the slope is that of an energy.
 
-The number of negative eigenvalues at a stationary point is the number of unstable modes: nothing is condensed, no
+The number of negative eigenvalues at a stationary point is the number of unstable modes: no rod is condensed, no
 conjugate point is looked for.
 """
 
@@ -16,6 +16,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from scipy.sparse import coo_array, csc_array
+from scipy.sparse.linalg import splu
 
 import softlimb as sl
 
@@ -198,32 +200,36 @@ class DiscreteLimb:
         plates = (self.position[:count] * self.plate_force).sum() + (centre * self.plate_weight).sum()
         return float(elastic.sum() - line.sum() - plates)
 
-    def slope_and_hessian(self) -> tuple[np.ndarray, np.ndarray]:
+    def slope_and_hessian(self) -> tuple[np.ndarray, csc_array]:
         """Of the energy, over all moves of all bodies but the ground, held ones included."""
-        size = 6 * (self.bodies + 1)
-        slope, hessian = np.zeros(size), np.zeros((size, size))
+        size = 6 * self.bodies
+        slope = np.zeros(size + 6)
         freedoms = np.arange(6)
         elements = np.concatenate([6 * self.ends[:, :1] + freedoms, 6 * self.ends[:, 1:] + freedoms], axis=1)
         plates = 6 * np.arange(len(self.plate_weight))[:, None] + freedoms
+        values, rows, columns = [], [], []
         for slopes, indices in ((self._element_slopes, elements), (self._plate_slopes, plates)):
             count = indices.shape[1]
             zero = np.zeros((len(indices), count))
             np.add.at(slope, indices, slopes(zero))
-            columns = slopes(zero + 1e-30j * np.eye(count)[:, None, :]).imag / 1e-30
-            local = np.moveaxis(columns, 0, -1)
-            np.add.at(hessian, (indices[:, :, None], indices[:, None, :]), local)
-        hessian = hessian[: size - 6, : size - 6]
-        assert np.abs(hessian - hessian.T).max() < 1e-9 * np.abs(hessian).max(), "the slope is not that of an energy"
-        return slope[: size - 6], 0.5 * (hessian + hessian.T)
+            local = np.moveaxis(slopes(zero + 1e-30j * np.eye(count)[:, None, :]).imag / 1e-30, 0, -1)
+            values.append(local.ravel())
+            rows.append(np.broadcast_to(indices[:, :, None], local.shape).ravel())
+            columns.append(np.broadcast_to(indices[:, None, :], local.shape).ravel())
+        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+        hessian = coo_array(entries, shape=(size + 6, size + 6)).tocsc()[:size, :size]
+        gap = abs(hessian - hessian.T).max()
+        assert gap < 1e-9 * abs(hessian).max(), "the slope is not that of an energy"
+        return slope[:size], (0.5 * (hessian + hessian.T)).tocsc()
 
-    def settle(self) -> np.ndarray:
+    def settle(self) -> csc_array:
         """Newton's method to the stationary point next to the posture; returns the Hessian there, on free moves."""
         size = np.inf
         for _ in range(15):
             slope, hessian = self.slope_and_hessian()
-            free = hessian[np.ix_(self.free, self.free)]
+            free = hessian[self.free][:, self.free].tocsc()
             step = np.zeros(6 * self.bodies)
-            step[self.free] = -np.linalg.solve(free, slope[self.free])
+            step[self.free] = -splu(free).solve(slope[self.free])
             moves = step.reshape(-1, 6)
             size = max(np.abs(moves[:, :3]).max() / self.h.max(), np.abs(moves[:, 3:]).max())
             if size < 1e-7:  # the next step would be its square
@@ -253,7 +259,10 @@ def rotation_vector(rotation: np.ndarray) -> np.ndarray:
     return axial * (1.0 if sine == 0.0 else angle / sine)
 
 
-def unstable_modes(hessian: np.ndarray) -> int:
-    """Number of negative eigenvalues, each freedom scaled by its own stiffness: the count does not change by it."""
-    scale = 1.0 / np.sqrt(np.abs(np.diag(hessian)))
-    return int((np.linalg.eigvalsh(scale[:, None] * hessian * scale) < 0.0).sum())
+def unstable_modes(hessian: csc_array) -> int:
+    """Number of negative eigenvalues: that of the negative pivots of L D L^T, rows and columns in one order (Sylvester)."""
+    scale = 1.0 / np.sqrt(abs(hessian.diagonal()))
+    scaled = (hessian * scale).T * scale  # each freedom by its own stiffness: the signs stay
+    factors = splu(scaled.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    assert np.array_equal(factors.perm_r, factors.perm_c), "rows were exchanged: the pivots tell nothing"
+    return int((factors.U.diagonal() < 0.0).sum())

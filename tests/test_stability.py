@@ -541,6 +541,8 @@ def test_the_slope_of_the_discretised_energy_is_its_slope() -> None:
             second.position, second.vector = position, vector
         # Differences err by the square of the step, 1e-8 of the third derivative, with stiffnesses in a ratio of 1e4.
         assert (energies[0] - energies[1]) / 2e-4 == pytest.approx(direction.ravel() @ slope, rel=1e-4)
+    hessian = second.settle()
+    assert unstable_modes(hessian) == int((np.linalg.eigvalsh(hessian.toarray()) < 0.0).sum()) > 0
 
 
 @pytest.mark.parametrize("kilopascal, modes", [(0.0, 2), (20.0, 2), (40.0, 4), (60.0, 4)])
