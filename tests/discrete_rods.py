@@ -260,7 +260,7 @@ def rotation_vector(rotation: np.ndarray) -> np.ndarray:
 
 
 def unstable_modes(hessian: csc_array) -> int:
-    """Number of negative eigenvalues: that of the negative pivots of L D L^T, rows and columns in one order (Sylvester)."""
+    """Number of negative eigenvalues: that of negative pivots of L D L^T (Sylvester), without exchanges."""
     scale = 1.0 / np.sqrt(abs(hessian.diagonal()))
     scaled = (hessian * scale).T * scale  # each freedom by its own stiffness: the signs stay
     factors = splu(scaled.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
