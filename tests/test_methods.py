@@ -7,10 +7,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 import softlimb as sl
-from benchmarks.methods import constant_curvature, paper, single_shooting
+from benchmarks.methods import constant_curvature, modes, paper, single_shooting
 from benchmarks.methods.problem import Problem, condition, equilibrated, pose_error
 from benchmarks.methods.rods import end_of
 from benchmarks.methods.scenes import scenes
+from softlimb import presets
 
 SECTION = sl.Section(axial=400.0, shear=130.0, bending=0.08, torsion=0.06, mass_per_length=0.4)
 COUPLED = sl.Section(axial=400.0, shear=130.0, bending=0.08, torsion=0.06, rest_twist=0.7, extension_twist=0.05)
@@ -153,3 +154,21 @@ def test_an_equilibrated_matrix_does_not_depend_on_units():
 def test_every_scene_has_its_own_name():
     names = [scene.name for scene in scenes()]
     assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize("pressure", [0.0, 40e3])
+@pytest.mark.parametrize("gravity", [(0.0, 0.0, -9.81), (0.0, 0.0, 9.81), (0.0, 0.0, -40.0)])
+def test_unstable_modes_counted_without_condensing_agree(pressure, gravity):
+    limb = presets.reference_limb()
+    posture = solved(limb, pressures=np.full(9, pressure), gravity=gravity, prefer_stable=False)
+    wrenches = np.array([rod.base_wrench for row in posture.rods for rod in row])
+    assert modes.unstable_modes(Problem.of(posture), posture.plates, wrenches) == posture.unstable_modes
+
+
+def test_a_column_past_its_load_has_two_unstable_modes():
+    scene = next(scene for scene in scenes() if scene.name.startswith("column at 3"))
+    problem = Problem.of(scene.limb().solve(**scene.options))
+    answer = single_shooting.solve(problem)
+    assert answer.converged
+    assert_allclose(answer.plates[0, :2, 3], 0.0, atol=1e-12)
+    assert modes.unstable_modes(problem, answer.plates, answer.wrenches) == 2

@@ -7,8 +7,8 @@ tip and has to find the rods' lengths.
 Truth: the package's posture at tolerance 1e-10 (or the finest that it reaches, then shown), checked by an independent
 re-integration (`posture.verify`); scenes marked * are compared with a closed form too. Columns:
   outcome    "right": converged to the truth; "right, coarse": nearly, off by more than 1e-4. "other equilibrium (k)":
-             converged where the package, started there, finds an equilibrium with k unstable modes; "other lengths
-             (k)": the same for the paper's algorithm; "wrong": converged and no equilibrium is near
+             converged to a true equilibrium with k unstable modes (counted by methods/modes.py); "other lengths (k)":
+             the same for the paper's algorithm; "no equilibrium": converged, but finer RK4 steps find none there
   error      of the plates' poses: the larger of distance over the limb's length and angle [rad]; for the paper's
              algorithm of the rods' lengths as well, over the limb's length. Ours: at tolerance 1e-6
   condition  of the Jacobian (ours: condensed stiffness) at the truth, with lengths in limb lengths and wrenches in
@@ -22,13 +22,12 @@ import argparse
 import platform
 import statistics
 import time
+from dataclasses import replace
 
 import numpy as np
-from methods import constant_curvature, paper, single_shooting
+from methods import constant_curvature, modes, paper, single_shooting
 from methods.problem import Problem, condition, equilibrated, pose_error
 from methods.scenes import scenes
-
-import softlimb as sl
 
 _SAME = 1e-2  # plates closer than this are of one equilibrium; RK4 of 40 steps errs by less on all but wild scenes
 _RIGHT = 1e-4  # error of an answer that a user would call right
@@ -57,55 +56,33 @@ def from_axis(plate):
     return turned
 
 
-def error_of(scene, plates, truth):
+def error_of(scene, plates, true_plates, length):
     """Largest error of the plates, up to a turn about z where every such turn is an equal answer."""
-    length = truth.limb.length
-    pairs = zip(plates, truth.plates, strict=True)
+    pairs = zip(plates, true_plates, strict=True)
     if scene.round:
         return max(pose_error(from_axis(a), from_axis(b), length) for a, b in pairs)
     return max(pose_error(a, b, length) for a, b in pairs)
 
 
-def twin(truth):
-    """The truth's limb with its rods given directly: their lengths can be chosen without their sections changing."""
-    segments = []
-    for segment, row in zip(truth.limb, truth.rods, strict=True):
-        rods = [sl.Rod(rod.section, rod.length) for rod in row]
-        place = {"base_frames": segment.base_frames, "end_frames": segment.end_frames}
-        segments.append(sl.Segment(rods=rods, plate=segment.plate, **place))
-    return sl.Limb(segments)
-
-
-def loads_of(truth):
-    loads = truth.loads
-    names = ("gravity", "tip_force", "tip_moment", "plate_wrenches", "rod_forces", "rod_moments")
-    return {name: loads[name] for name in names}
-
-
-def equilibrium_at(scene, truth, plates, lengths):
-    """What the package, started from these plates, says of them: "(k)" unstable modes, or None where none is near."""
-    try:
-        found = twin(truth).solve(
-            rest_lengths=lengths, **loads_of(truth), start=plates, prefer_stable=False, tolerance=1e-8
-        )
-    except ValueError:  # lengths below zero
+def equilibrium_at(scene, truth, problem, answer):
+    """What is where a method ended: "(k)" unstable modes, or None where RK4 of finer steps finds no equilibrium."""
+    fine = single_shooting.refine(problem, answer)
+    if not fine.converged or error_of(scene, answer.plates, fine.plates, problem.scale) > _SAME:
         return None
-    if not found.success or error_of(scene, plates, found) > _SAME:
-        return None
-    return "(?)" if found.unstable_modes is None else f"({found.unstable_modes})"
+    return f"({modes.unstable_modes(problem, fine.plates, fine.wrenches)})" if truth.conservative else "(?)"
 
 
-def judge(scene, truth, answer, error, other):
+def judge(scene, truth, problem, answer, error, other):
     if not answer.converged:
         return answer.outcome
     if error <= _RIGHT:
         return "right"
-    near = equilibrium_at(scene, truth, answer.plates, answer.lengths)
+    if answer.lengths.min() < 1e-3 * problem.scale:
+        return "a rod without length"
+    near = equilibrium_at(scene, truth, replace(problem, lengths=answer.lengths), answer)
     if near is None:
-        return "right, coarse" if error <= _SAME else "wrong"
-    if error <= _SAME:
-        return "right, coarse"
-    return f"{other} {near}"
+        return "no equilibrium"
+    return "right, coarse" if error <= _SAME else f"{other} {near}"
 
 
 def row(method, outcome, error, cond, iterations, milliseconds, ours):
@@ -113,7 +90,7 @@ def row(method, outcome, error, cond, iterations, milliseconds, ours):
     best, scaled = cond
     ratio = f"{milliseconds / ours:.3g}"
     print(
-        f"  {method:<20}{outcome:<27}{shown:>9}{best:>12}{scaled:>12}{iterations:>7}{milliseconds:>11.3g}{ratio:>10}",
+        f"  {method:<20}{outcome:<27}{shown:>9}{best:>13}{scaled:>13}{iterations:>7}{milliseconds:>11.3g}{ratio:>10}",
         flush=True,
     )
 
@@ -151,12 +128,13 @@ def run(scene, limit):
     if scene.exact is not None:
         tip = from_axis(truth.tip) if scene.round else truth.tip
         note += f", closed form to {np.linalg.norm(tip[:3, 3] - scene.exact) / limb.length:.0e} *"
-    tilt = np.degrees(np.arccos(np.clip(truth.tip[2, 2], -1.0, 1.0)))
-    print(f"{scene.name}: {note}; tilt {tilt:.0f} deg; {truth.message}")
+    axes = np.vstack([[0.0, 0.0, 1.0], truth.plates[:, :3, 2]])
+    turn = np.degrees(np.arccos(np.clip((axes[1:] * axes[:-1]).sum(axis=1), -1.0, 1.0))).sum()
+    print(f"{scene.name}: {note}; turns by {turn:.0f} deg from plate to plate; {truth.message}")
     problem = Problem.of(truth)
     true_wrenches = np.array([rod.base_wrench for row in truth.rods for rod in row])
 
-    error = error_of(scene, posture.plates, truth)
+    error = error_of(scene, posture.plates, truth.plates, limb.length)
     outcome = "right" if error <= 1e-5 else f"other equilibrium ({posture.unstable_modes})"
     if not posture.success:
         outcome = posture.status
@@ -169,8 +147,8 @@ def run(scene, limit):
     row("softlimb", outcome, error, cond, posture.iterations + posture.descent_iterations, ours, ours)
 
     answer, milliseconds = timed(lambda: single_shooting.solve(problem, limit))
-    error = error_of(scene, answer.plates, truth) if answer.converged else None
-    outcome = judge(scene, truth, answer, error, "other equilibrium")
+    error = error_of(scene, answer.plates, truth.plates, limb.length) if answer.converged else None
+    outcome = judge(scene, truth, problem, answer, error, "other equilibrium")
     with np.errstate(all="ignore"):
         cond = conditions(single_shooting.scaled_jacobian(problem, truth.plates, true_wrenches))
     row("single shooting", outcome, error, cond, answer.iterations, milliseconds, ours)
@@ -181,15 +159,15 @@ def run(scene, limit):
     error = None
     if answer.converged:
         lengths = np.abs(answer.lengths - problem.lengths).max() / limb.length
-        error = max(error_of(scene, answer.plates, truth), lengths)
-    outcome = judge(scene, truth, answer, error, "other lengths")
+        error = max(error_of(scene, answer.plates, truth.plates, limb.length), lengths)
+    outcome = judge(scene, truth, problem, answer, error, "other lengths")
     with np.errstate(all="ignore"):
         true = np.concatenate([problem.lengths, true_wrenches.ravel()])
         cond = conditions(paper.scaled_jacobian(problem, truth.tip, true))
     row("paper's algorithm", outcome, error, cond, answer.iterations, milliseconds, ours)
 
     answer, milliseconds = timed(lambda: constant_curvature.solve(problem))
-    error = error_of(scene, answer.plates, truth) if answer.converged else None
+    error = error_of(scene, answer.plates, truth.plates, limb.length) if answer.converged else None
     outcome = answer.outcome if not answer.converged else "right" if error <= _RIGHT else "off"
     row("constant curvature", outcome, error, ("-", "-"), "-", milliseconds, ours)
 
@@ -203,7 +181,7 @@ def main():
     if not chosen:
         parser.error(f"no scene has one of {arguments.scenes} in its name; there are {[s.name for s in scenes()]}")
     print(f"{platform.machine()}, Python {platform.python_version()}, numpy {np.__version__}, one core")
-    print(f"  {'method':<20}{'outcome':<27}{'error':>9}{'condition':>12}{'scaled':>12}", end="")
+    print(f"  {'method':<20}{'outcome':<27}{'error':>9}{'condition':>13}{'scaled':>13}", end="")
     print(f"{'iter.':>7}{'time [ms]':>11}{'x ours':>10}")
     for scene in chosen:
         run(scene, arguments.limit)

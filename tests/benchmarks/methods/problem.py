@@ -108,11 +108,12 @@ class Problem:
 
 @dataclass
 class Answer:
-    """What a method found: ``plates`` (J, 4, 4), ``lengths`` (R,), and how it ended."""
+    """What a method found: ``plates`` (J, 4, 4), ``wrenches`` at the bases (R, 6), ``lengths`` (R,), how it ended."""
 
     converged: bool
     outcome: str
     plates: np.ndarray | None = None
+    wrenches: np.ndarray | None = None
     lengths: np.ndarray | None = None
     iterations: int = 0
     residual: float = np.nan

@@ -121,8 +121,8 @@ def circle(turns):
 
 
 def tilted():
-    pressures = np.array([[90.0, 0.0, 0.0], [60.0, 0.0, 0.0], [60.0, 0.0, 0.0]]) * kPa
-    return Scene("tip tilt beyond 180 deg", presets.reference_limb, {"pressures": pressures})
+    options = {"pressures": [[90.0 * kPa, 0.0, 0.0]] * 3, "tip_force": (0.5, 0.0, 0.0)}
+    return Scene("tip turned beyond 180 deg", presets.reference_limb, options)
 
 
 # --- buckling ----------------------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from . import constant_curvature
 from .problem import Answer, Problem, hat, rotation_gap
 from .rods import STEPS, end_of
 
-__all__ = ["residual_and_jacobian", "scaled_jacobian", "solve"]
+__all__ = ["base_frames", "refine", "residual_and_jacobian", "scaled_jacobian", "sensitivities", "solve"]
 
 _LARGEST_TURN = 0.5  # [rad] of a plate in one step; translations as far as half a rod
 _TOLERANCE = 1e-6
@@ -66,29 +66,32 @@ def _bent_wrenches(problem, plates):
     return wrenches
 
 
-def _shoot(problem, plates, wrenches, steps):
-    """Ends of all rods and their derivatives to base pose (dp, dtheta) and base wrench, twelve columns."""
-    everything = np.arange(problem.rods)
+def base_frames(problem, plates):
+    """Where the rods start, given the plates: positions (R, 3) and rotations (R, 3, 3)."""
     positions, rotations = _footings(problem, plates)
     foot, axes = positions[problem.segment], rotations[problem.segment]
-    base_position = foot + np.einsum("rij,rj->ri", axes, problem.base_frames[:, :3, 3])
-    base_rotation = axes @ problem.base_frames[:, :3, :3]
+    return (
+        foot + np.einsum("rij,rj->ri", axes, problem.base_frames[:, :3, 3]),
+        axes @ problem.base_frames[:, :3, :3],
+    )
 
-    position = np.tile(base_position.astype(complex), (12, 1, 1))
-    rotation = np.tile(base_rotation.astype(complex), (12, 1, 1, 1))
-    wrench = np.tile(wrenches.astype(complex), (12, 1, 1))
+
+def sensitivities(problem, which, base_position, base_rotation, base_wrench, lengths, steps):
+    """Ends (position, rotation, wrench) and their slopes to base pose (dp, dtheta) and wrench, twelve columns last."""
+    position, rotation, wrench = (
+        np.broadcast_to(part.astype(complex), (12, *part.shape)).copy()
+        for part in (base_position, base_rotation, base_wrench)
+    )
     for k in range(3):
-        position[k, :, k] += 1j * _COMPLEX_STEP
+        position[k, ..., k] += 1j * _COMPLEX_STEP
         rotation[3 + k] += 1j * _COMPLEX_STEP * (hat(np.eye(3)[k]) @ base_rotation)
     for k in range(6):
-        wrench[6 + k, :, k] += 1j * _COMPLEX_STEP
-    end_p, end_r, end_w = end_of(problem, everything, (position, rotation), wrench, problem.lengths, steps)
-    slope_p = np.moveaxis(end_p.imag, 0, -1) / _COMPLEX_STEP  # (R, 3, 12)
-    slope_w = np.moveaxis(end_w.imag, 0, -1) / _COMPLEX_STEP
-    end_p, end_r, end_w, turned = end_p[0].real, end_r[0].real, end_w[0].real, end_r.imag / _COMPLEX_STEP
+        wrench[6 + k, ..., k] += 1j * _COMPLEX_STEP
+    end_p, end_r, end_w = end_of(problem, which, (position, rotation), wrench, lengths, steps)
+    ends = end_p[0].real, end_r[0].real, end_w[0].real
     # The change of the end's rotation as a rotation vector: dR R^T. RK4 leaves R orthonormal only to its own error.
-    slope_r = np.moveaxis(rotation_gap(turned @ np.swapaxes(end_r, -1, -2)), 0, -1)
-    return base_position, (end_p, end_r, end_w), (slope_p, slope_r, slope_w)
+    turned = rotation_gap(end_r.imag @ np.swapaxes(ends[1], -1, -2))
+    return ends, tuple(np.moveaxis(part, 0, -1) / _COMPLEX_STEP for part in (end_p.imag, turned, end_w.imag))
 
 
 def residual_and_jacobian(problem, plates, wrenches, steps=STEPS):
@@ -96,7 +99,10 @@ def residual_and_jacobian(problem, plates, wrenches, steps=STEPS):
     rods, count = problem.rods, problem.plates
     residual = np.zeros(6 * (rods + count))
     jacobian = np.zeros((residual.size, residual.size))
-    base_position, (end_p, end_r, end_w), (slope_p, slope_r, slope_w) = _shoot(problem, plates, wrenches, steps)
+    base_position, base_rotation = base_frames(problem, plates)
+    (end_p, end_r, end_w), (slope_p, slope_r, slope_w) = sensitivities(
+        problem, np.arange(rods), base_position, base_rotation, wrenches, problem.lengths, steps
+    )
     for j in range(count):
         row = slice(6 * (rods + j), 6 * (rods + j + 1))
         force = -problem.wrenches[j, :3] - problem.weight[j]
@@ -160,7 +166,7 @@ def _newton(problem, plates, wrenches, steps, deadline, most_iterations):
         if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
             answer.outcome = "overflow"
             return answer
-        answer.plates = plates
+        answer.plates, answer.wrenches = plates, wrenches
         # Relative: gaps to the limb's length, balances to the largest force and moment inside.
         force = max(np.abs(wrenches[:, :3]).max(), problem.unit_force.max())
         moment = max(np.abs(wrenches[:, 3:]).max(), problem.unit_moment.max())
@@ -193,7 +199,8 @@ def _newton(problem, plates, wrenches, steps, deadline, most_iterations):
             plates[j, :3, 3] += move[:3]
             plates[j, :3, :3] = _turn(move[3:]) @ plates[j, :3, :3]
         if done:
-            answer.converged, answer.outcome, answer.plates = True, "converged", plates
+            answer.converged, answer.outcome = True, "converged"
+            answer.plates, answer.wrenches = plates, wrenches
             return answer
         if time.perf_counter() > deadline:
             answer.outcome = "gave up"
@@ -224,3 +231,9 @@ def solve(problem: Problem, limit=20.0, steps=STEPS, most_iterations=50) -> Answ
             if answer.converged or answer.outcome == "gave up":
                 break
     return answer
+
+
+def refine(problem: Problem, answer: Answer, steps=200, limit=20.0) -> Answer:
+    """Newton with finer RK4 steps from an answer: is there an equilibrium?"""
+    with np.errstate(all="ignore"):
+        return _newton(problem, answer.plates, answer.wrenches, steps, time.perf_counter() + limit, 8)
