@@ -9,6 +9,7 @@ re-integration (`posture.verify`); scenes marked * are compared with a closed fo
   outcome    "right": converged to the truth; "right, coarse": nearly, off by more than 1e-4. "other equilibrium (k)":
              converged to a true equilibrium with k unstable modes (counted by methods/modes.py); "other lengths (k)":
              the same for the paper's algorithm; "no equilibrium": converged, but finer RK4 steps find none there
+             "(0)" is a stable posture too, of a scene that has several
   error      of the plates' poses: the larger of distance over the limb's length and angle [rad]; for the paper's
              algorithm of the rods' lengths as well, over the limb's length. Ours: at tolerance 1e-6
   condition  of the Jacobian (ours: condensed stiffness) at the truth, with lengths in limb lengths and wrenches in

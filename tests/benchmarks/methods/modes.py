@@ -1,7 +1,8 @@
 """Unstable modes of an equilibrium: negative eigenvalues of the second variation of its rods cut into short pieces.
 
 Each rod is cut into short pieces; their stiffness follows from shooting's sensitivities, and one dense symmetric matrix
-of all nodes and plates holds the second variation. Nothing is condensed.
+of all nodes and plates holds the second variation. Nothing is condensed. The nodes come from one shot along the rod, so
+growth beyond about e^20 spoils the count.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from .single_shooting import base_frames, sensitivities
 __all__ = ["unstable_modes"]
 
 
-def unstable_modes(problem, plates, wrenches, pieces=16, steps=8):
+def unstable_modes(problem, plates, wrenches, pieces=16, steps=24):
     """Negative eigenvalues at an equilibrium with dead forces: plates (J, 4, 4) and base wrenches (R, 6)."""
     rods, count = problem.rods, problem.plates
     everything, lengths = np.arange(rods), problem.lengths / pieces
