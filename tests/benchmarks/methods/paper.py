@@ -1,0 +1,160 @@
+"""The paper's Algorithm 1: the tip's pose is given, the rods' lengths are unknown, Levenberg-Marquardt finds them.
+
+Unknowns: 7 a rod (length, base force, base moment): 63 for three segments of three rods. Residuals: for every plate
+between segments the rods' ends agree in pairs (6 a pair) and the plate is in balance (6); at the tip every rod's end is
+where the tip's pose has it (6 a rod) and the tip is in balance (6): 72. No plate is an unknown: a rod starts where the
+rod below it ends. Dense forward differences, tolerance 1e-6 on the norm of the residual in SI units; damping in units
+of l, EI/l^2, EI/l by the ratio of gained to promised decrease, the best of the usual rules on these scenes.
+
+Sections do not change with the lengths. Corrected only where the algorithm cannot run as printed (MECHANICS, "Limb"):
+(a) eq. 9 gets its p x n; (b) the pairwise conditions of eq. 10 compare poses, not distances, and stay a dependent
+cycle; (c) the balance of the plate takes the place of n_(j,i)(0) = n_(j-1,i)(l); (d) the update has the sign -J;
+(e) weights, thickness and loads on plates are added, so that it solves the same problem. The dependent cycle costs 6 a
+plate: rank 60 for 63 unknowns, hence a family of answers with three parameters, of which one near the start is found.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from .problem import Answer, Problem, rotation_gap
+from .rods import STEPS, end_of
+
+__all__ = ["residual", "scaled_jacobian", "solve"]
+
+_TOLERANCE = 1e-6
+_COMPLEX_STEP = 1e-30
+
+
+def residual(problem: Problem, tip, unknowns, steps=STEPS):
+    """Residuals and plates (of each segment's first rod) at unknowns (..., 7R): lengths, then wrenches rod by rod."""
+    rods = problem.rods
+    lengths = unknowns[..., :rods]
+    wrenches = unknowns[..., rods:].reshape(*unknowns.shape[:-1], rods, 6)
+    batch = unknowns.shape[:-1]
+    rows, plates, below = [], [], None
+    for j in range(problem.plates):
+        here = np.flatnonzero(problem.segment == j)
+        frames, ends = problem.base_frames[here], problem.end_frames[here]
+        if below is None:
+            base = np.broadcast_to(frames[:, :3, 3], (*batch, len(here), 3)), np.broadcast_to(
+                frames[:, :3, :3], (*batch, len(here), 3, 3)
+            )
+        else:
+            # Each rod starts on the plate as the rod below it has it.
+            under = np.arange(len(here)) % below[0].shape[-2]
+            origin, axes = below[0][..., under, :], below[1][..., under, :, :]
+            foot = frames[:, :3, 3] + [0.0, 0.0, problem.thickness[j - 1]]
+            base = origin + np.einsum("...rij,rj->...ri", axes, foot), axes @ frames[:, :3, :3]
+            rows[-1] = _less(rows[-1], base[0] - below[0][..., :1, :], wrenches[..., here, :])
+        end_p, end_r, end_w = end_of(problem, here, base, wrenches[..., here, :], lengths[..., here], steps)
+        # The plate as each rod has it.
+        axes = end_r @ np.swapaxes(ends[:, :3, :3], -1, -2)
+        origin = end_p - np.einsum("...rij,rj->...ri", axes, ends[:, :3, 3])
+        if j + 1 < problem.plates:
+            first, second = _pairs(len(here))
+            turn = axes[..., first, :, :] @ np.swapaxes(axes[..., second, :, :], -1, -2)
+            rows.append(np.concatenate([origin[..., first, :] - origin[..., second, :], rotation_gap(turn)], axis=-1))
+        else:
+            turn = axes @ tip[:3, :3].T
+            rows.append(np.concatenate([origin - tip[:3, 3], rotation_gap(turn)], axis=-1))
+        load = problem.wrenches[j].copy()
+        load[:3] += problem.weight[j]
+        arm = 0.5 * problem.thickness[j] * axes[..., 0, :, 2]
+        moment = -load[3:] - np.cross(arm, problem.weight[j])
+        balance = np.concatenate([np.broadcast_to(-load[:3], moment.shape), moment], axis=-1)[..., None, :]
+        rows.append(-_less(-balance, end_p - origin[..., :1, :], end_w))
+        below = origin, axes
+        plates.append((origin[..., 0, :], axes[..., 0, :, :]))
+    return np.concatenate([part.reshape(*batch, -1) for part in rows], axis=-1), plates
+
+
+def _less(balance, arms, wrenches):
+    """A balance less the wrenches of rods at the given arms."""
+    force, moment = wrenches[..., :3], wrenches[..., 3:]
+    total = np.concatenate([force, moment + np.cross(arms, force)], axis=-1).sum(axis=-2)
+    return balance - total[..., None, :]
+
+
+def _pairs(count):
+    """Pairs of neighbours around the ring; three rods have three, which depend on each other."""
+    if count == 1:
+        return np.array([], dtype=int), np.array([], dtype=int)
+    if count == 2:
+        return np.array([0]), np.array([1])
+    return np.arange(count), (np.arange(count) + 1) % count
+
+
+def _typical(problem):
+    """Size of each unknown: a length, EI/l^2, EI/l."""
+    return np.concatenate([problem.lengths, problem.unit_wrenches.ravel()])
+
+
+def scaled_jacobian(problem, tip, unknowns, steps=STEPS):
+    """The Jacobian without units, by complex steps: for condition and rank, not used by the algorithm."""
+    columns = unknowns + 1j * _COMPLEX_STEP * np.diag(_typical(problem))
+    jacobian = (residual(problem, tip, columns, steps)[0].imag / _COMPLEX_STEP).T
+    pose = [problem.scale] * 3 + [1.0] * 3
+    balance = [problem.unit_force.max()] * 3 + [problem.unit_moment.max()] * 3
+    rows = []
+    for j in range(problem.plates):
+        count = int((problem.segment == j).sum())
+        rows += pose * (len(_pairs(count)[0]) if j + 1 < problem.plates else count) + balance
+    return jacobian / np.array(rows)[:, None]
+
+
+def solve(problem: Problem, tip, start_lengths, limit=20.0, steps=STEPS, most_iterations=50) -> Answer:
+    """Lengths for a tip pose (4, 4), from given lengths and no wrenches.
+
+    Parameters
+    ----------
+    limit : float
+        Time after which it gives up [s].
+    """
+    deadline = time.perf_counter() + limit
+    unit = _typical(problem)
+    small = np.sqrt(np.finfo(float).eps) * unit
+    x = np.concatenate([start_lengths, np.zeros(6 * problem.rods)])
+    answer, damping, growth = Answer(False, "no convergence"), None, 2.0
+    with np.errstate(all="ignore"):
+        error = residual(problem, tip, x, steps)[0]
+        jacobian = None
+        while True:
+            if np.linalg.norm(error) <= _TOLERANCE:
+                answer.converged, answer.outcome = True, "converged"
+                break
+            if answer.iterations >= most_iterations:
+                break
+            if time.perf_counter() > deadline:
+                answer.outcome = "gave up"
+                break
+            if jacobian is None:
+                changed = residual(problem, tip, x + np.diag(small), steps)[0]
+                jacobian = ((changed - error) / small[:, None]).T * unit
+                answer.iterations += 1
+                if not np.isfinite(jacobian).all():
+                    answer.outcome = "overflow"
+                    break
+                normal, slope = jacobian.T @ jacobian, jacobian.T @ error
+                damping = 1e-3 * np.diag(normal).max() if damping is None else damping
+            step = -np.linalg.solve(normal + damping * np.eye(len(x)), slope)
+            there = residual(problem, tip, x + unit * step, steps)[0]
+            gain = (error @ error - there @ there) / -(2.0 * slope @ step + step @ normal @ step)
+            if gain > 0.0:  # false for what is not finite
+                x, error, jacobian = x + unit * step, there, None
+                damping *= max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3)
+                growth = 2.0
+                continue
+            damping *= growth
+            growth *= 2.0
+            if damping > 1e12 * np.diag(normal).max():
+                answer.outcome = "stalled"
+                break
+        answer.residual = float(np.linalg.norm(error))
+        answer.lengths, answer.wrenches = x[: problem.rods], x[problem.rods :].reshape(-1, 6)
+        answer.plates = np.tile(np.eye(4), (problem.plates, 1, 1))
+        for j, (origin, axes) in enumerate(residual(problem, tip, x, steps)[1]):
+            answer.plates[j, :3, 3], answer.plates[j, :3, :3] = origin, axes
+    return answer

@@ -1,0 +1,167 @@
+"""A scene as plain arrays, and what every comparison needs: how far two poses are apart, how bad a matrix is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["Answer", "Problem", "condition", "equilibrated", "hat", "pose_error", "rotation_gap"]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Rods between plates; flat arrays over the R rods, ``segment[i]`` says between which plates rod i stands.
+
+    Parameters
+    ----------
+    segment : array, shape (R,)
+    base_frames, end_frames : array, shape (R, 4, 4)
+        In the frame of the face below, and of the plate above.
+    axial, shear, bending, torsion, rest_twist, extension_twist : array, shape (R,)
+    lengths : array, shape (R,)
+        Rest lengths [m].
+    line_force, line_moment : array, shape (R, 3)
+        Per rest length, weight included [N/m], [N].
+    thickness : array, shape (J,)
+    weight : array, shape (J, 3)
+        Weight of each plate, acting half a thickness along its z [N].
+    wrenches : array, shape (J, 6)
+        Dead force and moment on each plate at its origin.
+    scale : float
+        The limb's length [m].
+    """
+
+    segment: np.ndarray
+    base_frames: np.ndarray
+    end_frames: np.ndarray
+    axial: np.ndarray
+    shear: np.ndarray
+    bending: np.ndarray
+    torsion: np.ndarray
+    rest_twist: np.ndarray
+    extension_twist: np.ndarray
+    lengths: np.ndarray
+    line_force: np.ndarray
+    line_moment: np.ndarray
+    thickness: np.ndarray
+    weight: np.ndarray
+    wrenches: np.ndarray
+    scale: float
+
+    @property
+    def plates(self) -> int:
+        return len(self.thickness)
+
+    @property
+    def rods(self) -> int:
+        return len(self.lengths)
+
+    @property
+    def unit_force(self) -> np.ndarray:
+        """EI/l^2 of each rod [N]."""
+        return self.bending / self.lengths**2
+
+    @property
+    def unit_moment(self) -> np.ndarray:
+        """EI/l of each rod [N m]."""
+        return self.bending / self.lengths
+
+    @property
+    def unit_wrenches(self) -> np.ndarray:
+        """Both, three times each, shape (R, 6)."""
+        return np.stack([self.unit_force] * 3 + [self.unit_moment] * 3, axis=1)
+
+    @classmethod
+    def of(cls, posture):
+        """The problem that a posture of the package answers: its own sections, rest lengths, dead loads."""
+        limb, loads = posture.limb, posture.loads
+        if loads["frame"] != "base":
+            raise ValueError("following wrenches are not part of the compared methods")
+        rods = [rod for row in posture.rods for rod in row]
+        gravity = loads["gravity"]
+        wrenches = loads["plate_wrenches"].copy()
+        wrenches[-1] += np.concatenate([loads["tip_force"], loads["tip_moment"]])
+
+        def each(name):
+            return np.array([getattr(rod.section, name) for rod in rods])
+
+        return cls(
+            segment=np.array([rod.segment for rod in rods]),
+            base_frames=np.concatenate([segment.base_frames for segment in limb]),
+            end_frames=np.concatenate([segment.end_frames for segment in limb]),
+            axial=each("axial"),
+            shear=each("shear"),
+            bending=each("bending"),
+            torsion=each("torsion"),
+            rest_twist=each("rest_twist"),
+            extension_twist=each("extension_twist"),
+            lengths=np.array([rod.length for rod in rods]),
+            line_force=loads["rod_forces"].reshape(-1, 3) + each("mass_per_length")[:, None] * gravity,
+            line_moment=loads["rod_moments"].reshape(-1, 3),
+            thickness=np.array([segment.plate.thickness for segment in limb]),
+            weight=np.array([segment.plate.mass * gravity for segment in limb]),
+            wrenches=wrenches,
+            scale=limb.length,
+        )
+
+
+@dataclass
+class Answer:
+    """What a method found: ``plates`` (J, 4, 4), ``wrenches`` at the bases (R, 6), ``lengths`` (R,), how it ended."""
+
+    converged: bool
+    outcome: str
+    plates: np.ndarray | None = None
+    wrenches: np.ndarray | None = None
+    lengths: np.ndarray | None = None
+    iterations: int = 0
+    residual: float = np.nan
+
+
+def hat(vector):
+    """Matrix of the cross product, for vectors along the last axis."""
+    x, y, z = np.moveaxis(np.asarray(vector), -1, 0)
+    zero = np.zeros_like(x)
+    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*x.shape, 3, 3)
+
+
+def rotation_gap(turn):
+    """Axis times sine of the angle of a rotation matrix: half its skew part."""
+    return 0.5 * np.stack(
+        [
+            turn[..., 2, 1] - turn[..., 1, 2],
+            turn[..., 0, 2] - turn[..., 2, 0],
+            turn[..., 1, 0] - turn[..., 0, 1],
+        ],
+        axis=-1,
+    )
+
+
+def pose_error(found, true, length):
+    """The larger of distance over length and angle [rad] between two poses."""
+    turn = found[:3, :3] @ true[:3, :3].T
+    # The angle from both sine and cosine: exact at small and at large angles.
+    sine = np.linalg.norm(rotation_gap(turn))
+    angle = np.arctan2(sine, 0.5 * (np.trace(turn) - 1.0))
+    return float(max(np.linalg.norm(found[:3, 3] - true[:3, 3]) / length, abs(angle)))
+
+
+def equilibrated(matrix, rounds=20):
+    """The matrix with rows and columns scaled to a length near one, so that no choice of units is left in it."""
+    scaled = np.array(matrix, dtype=float)
+    for _ in range(rounds):
+        rows, columns = np.linalg.norm(scaled, axis=1), np.linalg.norm(scaled, axis=0)
+        rows[rows == 0.0], columns[columns == 0.0] = 1.0, 1.0
+        scaled = scaled / np.sqrt(rows)[:, None] / np.sqrt(columns)
+    return scaled
+
+
+def condition(matrix):
+    """Condition number, and the rank: the number of singular values above 1e-12 of the largest."""
+    if not np.isfinite(matrix).all():
+        return np.inf, 0
+    values = np.linalg.svd(matrix, compute_uv=False)
+    if values[0] == 0.0:
+        return np.inf, 0
+    return float(values[0] / max(values[-1], 1e-300 * values[0])), int((values > 1e-12 * values[0]).sum())
