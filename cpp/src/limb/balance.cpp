@@ -152,6 +152,7 @@ void Balance::apply_holds(const Scene& scene, const std::vector<Pose>& plates, b
         const Matrix6 pseudo = c.transpose() * gram.partialPivLu().inverse();
         Matrix6& projector = projector_[j];
         projector = Matrix6::Identity() - pseudo * c;
+        if (hold.all()) projector.setZero();  // nothing is free: not even rounding noise
         const bool partly_turned =
             (hold.held[3] || hold.held[4] || hold.held[5]) && !(hold.held[3] && hold.held[4] && hold.held[5]);
         if (partly_turned) {
@@ -185,9 +186,7 @@ void Balance::apply_holds(const Scene& scene, const std::vector<Pose>& plates, b
     }
 }
 
-void Balance::add_shift(const Vector6& shift) {
-    for (auto& d : system_.diagonal) d.diagonal() += shift;
-}
+void Balance::add_shift(int plate, const Vector6& shift) { system_.diagonal[plate].diagonal() += shift; }
 
 void Balance::solve(const std::vector<Vector6>& rhs, std::vector<Vector6>& moves) const {
     for (int j = 0; j < system_.rows(); ++j) moves[j] = -rhs[j];

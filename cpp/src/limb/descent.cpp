@@ -27,19 +27,29 @@ void Descent::resize(const Shape& shape) {
     const int rods = static_cast<int>(shape.rods.size());
     chains_.resize(rods), sections_.resize(rods);
     elements_ = 0;
-    double length = 0.0, bending = 0.0;
+    double length = 0.0;
     for (int i = 0; i < rods; ++i) {
         chains_[i].resize(shape.rods[i].elements());
         sections_[i] = softened(scene_.rods[i]);
         elements_ += shape.rods[i].elements();
         length += scene_.rods[i].rest_length / rods;
-        bending += scene_.rods[i].section.bending / scene_.rods[i].rest_length / rods;
     }
     balance_.resize(geometry_.plates());
     moves_.set_zero(geometry_, shape);
     length_scale_ = 0.5 * length;
-    metric_.head<3>().setConstant(bending / (length_scale_ * length_scale_));
-    metric_.tail<3>().setConstant(bending);
+    // Each rod in units of its own stiffness: a thin rod beside a stiff one would not be seen in those of both.
+    node_metric_.resize(rods);
+    plate_metric_.assign(geometry_.plates(), Vector6::Zero());
+    int i = 0;
+    for (int j = 0; j < geometry_.plates(); ++j) {
+        const auto count = static_cast<double>(geometry_.segments[j].rods.size());
+        for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
+            const double bending = scene_.rods[i].section.bending / scene_.rods[i].rest_length;
+            node_metric_[i] << Vector3::Constant(bending / (length_scale_ * length_scale_)),
+                Vector3::Constant(bending);
+            plate_metric_[j] += node_metric_[i] / count;
+        }
+    }
 }
 
 bool Descent::linearise(const Shape& shape) {
@@ -56,12 +66,11 @@ bool Descent::linearise(const Shape& shape) {
 }
 
 bool Descent::factor(const Shape& shape, double multiplier) {
-    const Vector6 shift = multiplier * metric_;
-    for (rod::Chain& chain : chains_)
-        if (!chain.condense(shift, true, true).regular) return false;
+    for (std::size_t i = 0; i < chains_.size(); ++i)
+        if (!chains_[i].condense(multiplier * node_metric_[i], true, true).regular) return false;
     balance_.assemble(geometry_, scene_, shape.plates, chains_, true);
     balance_.apply_holds(scene_, shape.plates, true);
-    balance_.add_shift(shift);
+    for (int j = 0; j < geometry_.plates(); ++j) balance_.add_shift(j, multiplier * plate_metric_[j]);
     return balance_.factor_positive();
 }
 
@@ -82,20 +91,20 @@ void Descent::solve_for_unstable_mode(const Shape& shape) {
     // lowest mode within a few solves. The start is random but seeded: the same scene gives the same answer.
     std::mt19937 generator(20261122u);
     std::normal_distribution<double> normal;
-    const auto draw = [&] {
+    const auto draw = [&](const Vector6& metric) {
         Vector6 v;
-        for (int k = 0; k < 6; ++k) v(k) = normal(generator) * metric_(k);
+        for (int k = 0; k < 6; ++k) v(k) = normal(generator) * metric(k);
         return v;
     };
     std::vector<Vector6> plate_rhs(geometry_.plates());
     std::vector<std::vector<Vector12>> loads(chains_.size());
     std::vector<std::vector<Vector6>> interior(chains_.size());
     std::vector<Vector12> rod_ends(chains_.size());
-    for (Vector6& r : plate_rhs) r = draw();
+    for (std::size_t j = 0; j < plate_rhs.size(); ++j) plate_rhs[j] = draw(plate_metric_[j]);
     for (std::size_t i = 0; i < chains_.size(); ++i) {
         loads[i].assign(chains_[i].elements(), Vector12::Zero());
         interior[i].assign(chains_[i].elements() + 1, Vector6::Zero());
-        for (int e = 1; e < chains_[i].elements(); ++e) loads[i][e].head<6>() = draw();
+        for (int e = 1; e < chains_[i].elements(); ++e) loads[i][e].head<6>() = draw(node_metric_[i]);
     }
     for (int round = 0; round < 8; ++round) {
         for (std::size_t i = 0; i < chains_.size(); ++i) rod_ends[i] = chains_[i].condense_loads(loads[i], interior[i]);
@@ -112,10 +121,10 @@ void Descent::solve_for_unstable_mode(const Shape& shape) {
                 chains_[i].recover_with(interior[i], nodes);
             }
         moves_ *= 1.0 / std::max(step_size(shape), 1e-300);
-        for (int j = 0; j < geometry_.plates(); ++j) plate_rhs[j] = metric_.cwiseProduct(moves_.plates[j]);
+        for (int j = 0; j < geometry_.plates(); ++j) plate_rhs[j] = plate_metric_[j].cwiseProduct(moves_.plates[j]);
         for (std::size_t r = 0; r < chains_.size(); ++r)
             for (int e = 1; e < chains_[r].elements(); ++e)
-                loads[r][e].head<6>() = metric_.cwiseProduct(moves_.nodes[r][e]);
+                loads[r][e].head<6>() = node_metric_[r].cwiseProduct(moves_.nodes[r][e]);
     }
 }
 
@@ -135,9 +144,11 @@ double Descent::slope_along_step(const Shape& shape) const {
 
 double Descent::metric_norm_squared() const {
     double norm = 0.0;
-    for (const Vector6& x : moves_.plates) norm += x.dot(metric_.cwiseProduct(x));
-    for (const auto& nodes : moves_.nodes)
-        for (std::size_t e = 1; e + 1 < nodes.size(); ++e) norm += nodes[e].dot(metric_.cwiseProduct(nodes[e]));
+    for (std::size_t j = 0; j < moves_.plates.size(); ++j)
+        norm += moves_.plates[j].dot(plate_metric_[j].cwiseProduct(moves_.plates[j]));
+    for (std::size_t i = 0; i < moves_.nodes.size(); ++i)
+        for (std::size_t e = 1; e + 1 < moves_.nodes[i].size(); ++e)
+            norm += moves_.nodes[i][e].dot(node_metric_[i].cwiseProduct(moves_.nodes[i][e]));
     return norm;
 }
 

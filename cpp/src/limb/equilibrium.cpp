@@ -101,7 +101,7 @@ bool Equilibrium::linearise(const Shape& shape) {
     }
     balance_.assemble(geometry_, scene_, shape.plates, chains_, false);
     balance_.apply_holds(scene_, shape.plates, false);
-    balance_.add_shift(shift_);
+    for (int j = 0; j < geometry_.plates(); ++j) balance_.add_shift(j, shift_);
     return balance_.factor();
 }
 
@@ -210,20 +210,28 @@ Moves Equilibrium::response_to_parameter(const Shape& shape, const Border& borde
     return response;
 }
 
+double Equilibrium::force_scale(const Shape& shape) const {
+    double scale = largest_force(shape);
+    for (const RodAtPressure& rod : scene_.rods)
+        scale = std::max(scale, rod.section.bending / (rod.rest_length * rod.rest_length));
+    return scale;
+}
+
+double Equilibrium::moment_scale(const Shape& shape) const {
+    double scale = largest_moment(shape);
+    for (const RodAtPressure& rod : scene_.rods) scale = std::max(scale, rod.section.bending / rod.rest_length);
+    return scale;
+}
+
 double Equilibrium::step_size(const Shape& shape) const {
     // Translations count relative to the limb, rotations in radians. A wrench a thousand times less: it enters the tip
     // through the compliance, but a stiff rod may still push its error of position into a force.
-    const double force = std::max(largest_force(shape), 1e-300), moment = std::max(largest_moment(shape), 1e-300);
-    double floor_force = 0.0, floor_moment = 0.0;
-    for (const RodAtPressure& rod : scene_.rods) {
-        floor_moment = std::max(floor_moment, rod.section.bending / rod.rest_length);
-        floor_force = std::max(floor_force, rod.section.bending / (rod.rest_length * rod.rest_length));
-    }
+    const double force = force_scale(shape), moment = moment_scale(shape);
     double size = largest_move(moves_, geometry_.length);
     for (const auto& wrenches : moves_.wrenches)
         for (const Vector6& w : wrenches) {
-            grow(size, 1e-3 * w.head<3>().norm() / std::max(force, floor_force));
-            grow(size, 1e-3 * w.tail<3>().norm() / std::max(moment, floor_moment));
+            grow(size, 1e-3 * w.head<3>().norm() / force);
+            grow(size, 1e-3 * w.tail<3>().norm() / moment);
         }
     return size;
 }
@@ -234,18 +242,17 @@ double Equilibrium::bounded_factor(const Shape& shape, double largest_turn) cons
 }
 
 double Equilibrium::relative_residual(const Shape& shape) const {
-    double force = 0.0, moment = 0.0;
-    for (const RodAtPressure& rod : scene_.rods) {
-        force = std::max(force, rod.section.bending / (rod.rest_length * rod.rest_length));
-        moment = std::max(moment, rod.section.bending / rod.rest_length);
-    }
-    force = std::max(force, largest_force(shape));
-    moment = std::max(moment, largest_moment(shape));
+    const double force = force_scale(shape), moment = moment_scale(shape);
     double residual = 0.0;
     for (int j = 0; j < geometry_.plates(); ++j) {
         const Vector6 r = balance_.projector(j) * balance_.full_residual()[j];
         grow(residual, r.head<3>().norm() / force);
         grow(residual, r.tail<3>().norm() / moment);
+        const Hold& hold = scene_.holds[j];
+        if (!hold.any()) continue;
+        const Vector6 gap = hold_gap(hold, shape.plates[j]);
+        for (int k = 0; k < 6; ++k)
+            if (hold.held[k]) grow(residual, std::abs(gap(k)) / (k < 3 ? geometry_.length : 1.0));
     }
     for (std::size_t i = 0; i < shape.rods.size(); ++i)
         for (const auto& element : exact_[i]) {
@@ -303,7 +310,9 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
             return report;
         }
         // Newton's error after a step is about its square. The pass below measures it, so this only avoids vain passes.
-        const bool near = factor == 1.0 && (size * size < 0.1 * settings.tolerance || size < 1e-9);
+        // Where forces have long arms against the moments, as under strong tension, an error of position weighs more.
+        const double leverage = std::max(1.0, 0.05 * largest_force(shape) * geometry_.length / moment_scale(shape));
+        const bool near = factor == 1.0 && (size * size * leverage < 0.1 * settings.tolerance || size < 1e-9);
         if (factor == 1.0 && size > 0.5 * previous && size < 1e-6) ++stalls;
         previous = size;
         if (!near) {
@@ -373,7 +382,7 @@ void Equilibrium::count_modes(NewtonReport& report) const {
     for (int j = 0; j < k.rows(); ++j) {
         const Matrix6& p = balance_.projector(j);
         const Matrix6 free = p * k.diagonal[j] * p;
-        const double weight = std::max(free.diagonal().cwiseAbs().maxCoeff(), 1e-300);
+        const double weight = std::max(k.diagonal[j].diagonal().cwiseAbs().maxCoeff(), 1e-300);
         symmetric.diagonal[j] = 0.5 * (free + free.transpose()) + weight * (Matrix6::Identity() - p);
         if (j + 1 == k.rows()) continue;
         const Matrix6& next = balance_.projector(j + 1);

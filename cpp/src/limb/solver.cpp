@@ -303,6 +303,17 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         solution.plan.push_back("the descent did not lead there: loads without potential grown step by step");
         return accept(full, "converged along the growing loads");
     }
+    if (start != nullptr && options.prefer_stable && !(unstable && unstable->stable())) {
+        // The start led nowhere, or to unstable postures alone. From nothing is another way.
+        Solution cold = solve(geometry, scene, options, nullptr);
+        if (cold.status == SolveStatus::converged && (cold.stable || !unstable)) {
+            cold.message += "; the given start did not lead there";
+            cold.iterations += solution.iterations;
+            cold.descent_iterations += solution.descent_iterations;
+            cold.plan.insert(cold.plan.begin(), "the given start was given up");
+            return cold;
+        }
+    }
     if (unstable) {
         // Re-linearise at that posture, so that compliance and reactions belong to it.
         Attempt again = refine(scene, options, work, equilibrium, unstable->shape, solution.iterations);

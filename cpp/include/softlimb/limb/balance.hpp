@@ -21,7 +21,7 @@ public:
     /// Confines the system to the free freedoms: held directions get the equation "close the gap to the hold".
     /// `symmetric` projects rows and columns, which a descent wants (its shapes meet the holds).
     void apply_holds(const Scene& scene, const std::vector<Pose>& plates, bool symmetric);
-    void add_shift(const Vector6& shift);
+    void add_shift(int plate, const Vector6& shift);
 
     bool factor() { return system_.factor(); }
     bool factor_positive() { return system_.factor_positive(); }

@@ -68,7 +68,7 @@ private:
     std::vector<rod::Chain> chains_;
     Balance balance_;
     Moves moves_;
-    Vector6 metric_;
+    std::vector<Vector6> node_metric_, plate_metric_;  // by rod and by plate
     double length_scale_ = 1.0;
 };
 

@@ -97,6 +97,9 @@ private:
     bool differ(const Shape& shape, const Border& border);
     void respond_to_gaps(const Shape& shape);
     double stay_perpendicular(const Border& border);
+    /// What forces and moments are measured by: the largest inside the rods, or EI/l^2 and EI/l where those are larger.
+    double force_scale(const Shape& shape) const;
+    double moment_scale(const Shape& shape) const;
     double step_size(const Shape& shape) const;
     double bounded_factor(const Shape& shape, double largest_turn) const;
     double relative_residual(const Shape& shape) const;

@@ -49,6 +49,7 @@ struct Hold {
     std::array<bool, 6> held{};
     Pose pose;
     bool any() const { return held[0] || held[1] || held[2] || held[3] || held[4] || held[5]; }
+    bool all() const { return held[0] && held[1] && held[2] && held[3] && held[4] && held[5]; }
 };
 
 struct Scene {
