@@ -44,9 +44,9 @@ def main():
     times, newton, descent, odd, false = [], [], [], [], 0
     for number in range(arguments.scenes):
         options = scene(number, arguments.moment)
-        started = time.perf_counter()
+        started = time.process_time()
         posture = limb.solve(**options)
-        times.append(1e3 * (time.perf_counter() - started))
+        times.append(1e3 * (time.process_time() - started))
         newton.append(posture.iterations)
         descent.append(posture.descent_iterations)
         verified = posture.success and posture.verify().success
@@ -56,7 +56,7 @@ def main():
     print(f"{platform.machine()}, Python {platform.python_version()}, one core; {arguments.scenes} scenes")
     print(f"verified stable successes: {arguments.scenes - len(odd)}; false successes: {false}")
     print("\n".join(odd))
-    for name, values in (("time [ms]", times), ("Newton iterations", newton), ("descent iterations", descent)):
+    for name, values in (("processor time [ms]", times), ("Newton iterations", newton), ("descent iterations", descent)):
         low, middle, high, top = np.percentile(values, [5, 50, 95, 100])
         print(f"{name:<20} 5 %: {low:.3g}  median: {middle:.3g}  95 %: {high:.3g}  largest: {top:.3g}")
     print(f"slowest over median: {max(times) / np.median(times):.1f}")

@@ -9,6 +9,14 @@
 namespace softlimb::limb {
 namespace {
 
+// Multipliers of the trust region, in units of the rods' bending stiffness: the ladder climbs fast from where it hardly
+// matters, a column a thousandth past buckling needs 1e-3 and less. Below `neutral` a curvature is none.
+constexpr double neutral = 1e-9, lowest_rung = 1e-5;
+
+double next_rung(double multiplier) {
+    return multiplier < 1e-3 ? std::max(lowest_rung, 10.0 * multiplier) : 4.0 * multiplier;
+}
+
 rod::RodPiece piece_of(const Scene& scene, const Section& section, const Shape& shape, int i) {
     return {&section, scene.rods[i].rest_length / shape.rods[i].elements(), scene.line_load(i)};
 }
@@ -285,7 +293,7 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
         }
         fresh = true;
         // The smallest multiplier of a ladder that makes the model convex and keeps its step inside the radius.
-        multiplier = multiplier > 4e-3 ? 0.1 * multiplier : 0.0;
+        multiplier = multiplier > 4.0 * lowest_rung ? 0.1 * multiplier : 0.0;
         double size = 0.0;
         bool convex = false;
         for (int rung = 0; rung < 60; ++rung) {
@@ -296,7 +304,7 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
                 size = step_size(shape);
                 if (size <= 1.25 * radius) break;
             }
-            multiplier = std::max(1e-3, 4.0 * multiplier);
+            multiplier = next_rung(multiplier);
         }
         if (!convex || !std::isfinite(size)) {
             report.status = SolveStatus::not_finite;
@@ -313,9 +321,12 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
         }
         if (multiplier > 0.0 && size < settings.small_step && radius > 2.0 * settings.small_step) {
             ++report.factorisations;
-            if (factor(shape, 0.0)) {
-                multiplier = 0.0;  // the Hessian is convex by now: only the ladder had not come down yet
-                continue;
+            if (factor(shape, neutral)) {
+                // Convex by now, up to a move that costs nothing: only the ladder had not come down yet.
+                solve_for_step(shape);
+                if (step_size(shape) < settings.small_step) take_step(shape, trial), shape = trial;
+                report.status = SolveStatus::converged;
+                return report;
             }
             factor(shape, multiplier);
             // The slope has vanished but the Hessian is indefinite: an unstable equilibrium. Leave it downhill.
@@ -347,7 +358,7 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
                 report.status = SolveStatus::no_progress;
                 return report;
             }
-            multiplier = std::max(1e-3, 4.0 * multiplier) / 0.1;  // the ladder starts from a tenth of it
+            multiplier = next_rung(multiplier) / 0.1;  // the ladder starts from a tenth of it
             continue;
         }
         if (change < 0.75 * predicted && size > 0.5 * radius) radius = std::min(2.0 * radius, settings.largest_radius);
