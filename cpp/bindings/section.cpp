@@ -86,7 +86,7 @@ ValueError
             "nonlinear", [](const Section& s) { return !s.axial_law.linear(); },
             "True when the axial law is a curve and not the constant EA")
         .def("__eq__", &equals<Section>, py::arg("other"))
-        .def("__hash__", 
+        .def("__hash__",
              [](const Section& s) { return py::hash(py::make_tuple(s.axial, s.shear, s.bending, s.torsion)); })
         .def("__repr__", &text_of)
         .def(py::pickle(&state_of, &section_of));

@@ -53,8 +53,7 @@ void Descent::resize(const Shape& shape) {
         const auto count = static_cast<double>(geometry_.segments[j].rods.size());
         for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
             const double bending = scene_.rods[i].section.bending / scene_.rods[i].rest_length;
-            node_metric_[i] << Vector3::Constant(bending / (length_scale_ * length_scale_)),
-                Vector3::Constant(bending);
+            node_metric_[i] << Vector3::Constant(bending / (length_scale_ * length_scale_)), Vector3::Constant(bending);
             plate_metric_[j] += node_metric_[i] / count;
         }
     }

@@ -30,6 +30,9 @@ double largest_moment(const Shape& shape) {
     return largest;
 }
 
+// Share of the rods' bending stiffness that holds a neutral mode while Newton runs.
+constexpr double pin_of_newton = 1e-7;
+
 }  // namespace
 
 void choose_mesh(const Scene& scene, double tolerance, Shape& shape) {
@@ -267,6 +270,7 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
     NewtonReport report;
     resize(shape);
     shift_.setZero();
+    neutral_.clear();
     double previous = 1e300;
     int refinements = 0, stalls = 0;
     bool refined = false;
@@ -286,7 +290,9 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
             }
             std::swap(moves_, by_parameter_);
         }
+        if (report.neutral_mode) find_neutral(shape);
         propose(shape);
+        leave_out_neutral();
         const double parameter_step = border ? stay_perpendicular(*border) : 0.0;
         const double size =
             border ? std::max(step_size(shape), std::abs(parameter_step) / border->range) : step_size(shape);
@@ -296,12 +302,15 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
             return report;
         }
         // A step out of all proportion to what is left of the balance: some move costs nothing, as the turn of a
-        // buckled round column about its axis. A ten-millionth of the rods' stiffness on every freedom pins that move
-        // and leaves the others as they are; without it Newton wanders along the continuum of equal answers.
-        if (!report.neutral_mode && report.residual < 1e-8 && size > settings.tolerance &&
-            size > 1e8 * report.residual) {
+        // buckled round column about its axis. A ten-millionth of the rods' stiffness pins that move and hardly touches
+        // the others; without it Newton wanders along the continuum of equal answers. What is left of it in a step is
+        // rounding, and is taken out.
+        constexpr std::size_t most_neutral = 12;
+        if (report.residual < 1e-8 && size > settings.tolerance && size > 1e8 * report.residual &&
+            neutral_.size() < most_neutral) {
             report.neutral_mode = true;
-            pin(1e-7);
+            neutral_.push_back(moves_);
+            pin(pin_of_newton);
             continue;
         }
         apply(geometry_, moves_, factor, shape);
@@ -323,6 +332,7 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
             report.status = SolveStatus::not_finite;
             return report;
         }
+        leave_out_neutral();
         const double parameter_error = border ? stay_perpendicular(*border) : 0.0;
         const double error =
             border ? std::max(step_size(shape), std::abs(parameter_error) / border->range) : step_size(shape);
@@ -341,9 +351,7 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
             ++report.iterations;
             report.status = SolveStatus::converged;
             if (report.neutral_mode) {
-                // Modes are counted with a hundredth of the shift: above the noise of a neutral mode's eigenvalue, and
-                // below all but the last few millionths on the way to a fold.
-                pin(1e-9);
+                pin(pin_of_count());
                 if (!linearise(shape)) report.status = SolveStatus::singular_jacobian;
             }
             count_modes(report);
@@ -406,6 +414,60 @@ Eigen::MatrixXd Equilibrium::dense_stiffness() const {
     return dense;
 }
 
+double Equilibrium::pin_of_count() const {
+    // Above the noise of a neutral mode's eigenvalue, which grows with the stiffest direction, and below all but the
+    // last few millionths on the way to a fold.
+    double stiffest = 1.0;
+    for (const RodAtPressure& rod : scene_.rods)
+        stiffest = std::max(stiffest, rod.section.axial * rod.rest_length * rod.rest_length / rod.section.bending);
+    return std::clamp(1e-14 * stiffest, 1e-9, 1e-6);
+}
+
+void Equilibrium::find_neutral(const Shape& shape) {
+    // Inverse iteration with the pinned stiffness: each move is dominated by neutral directions already, and one solve
+    // divides what is not by the pin.
+    for (std::size_t k = 0; k < neutral_.size(); ++k) {
+        Moves& z = neutral_[k];
+        for (std::size_t r = 0; r < shape.rods.size(); ++r)
+            for (int e = 0; e < shape.rods[r].elements(); ++e) {
+                gaps_[r][e].setZero();
+                loads_[r][e].setZero();
+                if (e > 0) loads_[r][e].head<6>() = shift_.cwiseProduct(z.nodes[r][e]);
+            }
+        for (int j = 0; j < geometry_.plates(); ++j) {
+            plate_forces_[j] = shift_.cwiseProduct(z.plates[j]);
+            hold_rows_[j].setZero();
+        }
+        respond_to_gaps(shape);
+        z = moves_;
+        for (std::size_t other = 0; other < k; ++other)
+            z.add(-inner_product(z, neutral_[other], geometry_.length), neutral_[other]);
+        z *= 1.0 / std::max(std::sqrt(inner_product(z, z, geometry_.length)), 1e-300);
+    }
+}
+
+Moves Equilibrium::softest_move(const Shape& shape) {
+    resize(shape);
+    pin(pin_of_newton);
+    Moves seed = moves_;
+    if (!linearise(shape)) return seed;
+    // Any start that no symmetry of a limb shares.
+    double phase = 1.0;
+    for (Vector6& x : seed.plates) x.setConstant(std::sin(phase += 1.7));
+    for (auto& nodes : seed.nodes)
+        for (Vector6& x : nodes) x << std::sin(phase += 1.7), std::cos(phase), 0.5, std::sin(2.0 * phase), 1.0, 0.3;
+    neutral_.assign(1, seed);
+    constexpr int rounds = 8;
+    for (int round = 0; round < rounds; ++round) find_neutral(shape);
+    Moves softest = std::move(neutral_.front());
+    neutral_.clear();
+    return softest;
+}
+
+void Equilibrium::leave_out_neutral() {
+    for (const Moves& z : neutral_) moves_.add(-inner_product(moves_, z, geometry_.length), z);
+}
+
 void Equilibrium::pin(double share) {
     shift_.setZero();
     for (const RodAtPressure& rod : scene_.rods) {
@@ -417,7 +479,7 @@ void Equilibrium::pin(double share) {
 
 bool Equilibrium::linearise_at(const Shape& shape, bool pinned) {
     resize(shape);
-    pin(pinned ? 1e-9 : 0.0);
+    pin(pinned ? pin_of_count() : 0.0);
     return linearise(shape);
 }
 

@@ -314,6 +314,18 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
             return cold;
         }
     }
+    if (unstable && !unstable->stable() && solution.conservative && options.prefer_stable) {
+        // Just past a critical load the buckled posture is so near that no mesh tells it from the straight one: exact
+        // Newton from points along the unstable posture's own mode.
+        const Moves mode = equilibrium.softest_move(unstable->shape);
+        for (const double amplitude : {0.3, -0.3, 0.03, -0.03}) {
+            Shape pushed = unstable->shape;
+            apply(geometry, mode, amplitude, pushed);
+            Attempt beside = refine(scene, options, work, equilibrium, pushed, solution.iterations);
+            if (beside.stable())
+                return accept(beside, "converged; an unstable posture was met first and left along its mode");
+        }
+    }
     if (unstable) {
         // Re-linearise at that posture, so that compliance and reactions belong to it.
         Attempt again = refine(scene, options, work, equilibrium, unstable->shape, solution.iterations);
@@ -334,6 +346,11 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
             break;
         case SolveStatus::not_finite:
             solution.message = "not converged: the rods have no finite shape under these loads";
+            break;
+        case SolveStatus::converged:
+            // Newton settled, but somewhere that neither the descent nor a second look confirms.
+            solution.message = solution.stable ? "converged; not where the descent ended, another posture may exist"
+                                               : "converged to an unstable posture: no stable one was found";
             break;
         default:
             solution.message = work.exhausted() ? "not converged: the solve's budget of evaluations ran out"

@@ -69,6 +69,8 @@ public:
     /// Linearises at a shape that is an equilibrium already, for the responses below; with `pinned` a neutral mode is
     /// held by a shift far below the rods' stiffness. False where it is singular.
     bool linearise_at(const Shape& shape, bool pinned = false);
+    /// Move (mean square one over plates and nodes) along which the stiffness at a shape is nearest to zero.
+    Moves softest_move(const Shape& shape);
     /// Counts the unstable modes of the last linearisation into the report.
     void count_modes(NewtonReport& report) const;
     const Geometry& geometry() const { return geometry_; }
@@ -90,6 +92,9 @@ public:
 
 private:
     void pin(double share);
+    double pin_of_count() const;
+    void find_neutral(const Shape& shape);
+    void leave_out_neutral();
     void resize(const Shape& shape);
     bool linearise(const Shape& shape);
     bool check_finer(const Shape& shape);
@@ -115,6 +120,7 @@ private:
     std::vector<std::vector<rod::ExactElement>> exact_;
     Balance balance_;
     Moves moves_, by_parameter_;
+    std::vector<Moves> neutral_;  // unit moves that cost nothing, perpendicular to each other
     // Loads on the pieces beside those of the linearisation, and what follows from them.
     std::vector<std::vector<Vector12>> loads_;
     std::vector<std::vector<Vector6>> gaps_, interior_;
