@@ -354,7 +354,7 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
                 pin(pin_of_count());
                 if (!linearise(shape)) report.status = SolveStatus::singular_jacobian;
             }
-            count_modes(report);
+            judge(shape, report);
             return report;
         }
         if (stalls > 3 || refinements > 8) {
@@ -379,6 +379,19 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
         refined = true;
     }
     return report;
+}
+
+void Equilibrium::judge(const Shape& shape, NewtonReport& report) {
+    count_modes(report);
+    const int modes = report.plate_modes + report.rod_modes;
+    if (modes == 0 || report.neutral_mode) return;
+    pin(pin_of_count());
+    NewtonReport pinned = report;
+    if (!linearise(shape)) return;
+    count_modes(pinned);
+    if (pinned.plate_modes + pinned.rod_modes >= modes) return;
+    report = pinned;
+    report.neutral_mode = true;
 }
 
 void Equilibrium::count_modes(NewtonReport& report) const {
@@ -420,7 +433,7 @@ double Equilibrium::pin_of_count() const {
     double stiffest = 1.0;
     for (const RodAtPressure& rod : scene_.rods)
         stiffest = std::max(stiffest, rod.section.axial * rod.rest_length * rod.rest_length / rod.section.bending);
-    return std::clamp(1e-14 * stiffest, 1e-9, 1e-6);
+    return std::clamp(1e-15 * stiffest, 1e-9, 1e-6);
 }
 
 void Equilibrium::find_neutral(const Shape& shape) {
@@ -469,12 +482,12 @@ void Equilibrium::leave_out_neutral() {
 }
 
 void Equilibrium::pin(double share) {
-    shift_.setZero();
-    for (const RodAtPressure& rod : scene_.rods) {
-        const double stiffness = share * rod.section.bending / rod.rest_length;
-        shift_.head<3>().array() += stiffness / (length_scale_ * length_scale_);
-        shift_.tail<3>().array() += stiffness;
-    }
+    // In units of what it takes to bend the whole limb: short rods are far stiffer, but no mode is softer for them.
+    double bending = 0.0;
+    for (const RodAtPressure& rod : scene_.rods) bending += rod.section.bending / static_cast<double>(scene_.rods.size());
+    const double stiffness = share * bending / geometry_.length;
+    shift_.head<3>().setConstant(stiffness / (geometry_.length * geometry_.length));
+    shift_.tail<3>().setConstant(stiffness);
 }
 
 bool Equilibrium::linearise_at(const Shape& shape, bool pinned) {

@@ -75,7 +75,7 @@ public:
         Border border = border_at(point.parameter);
         if (!border.adjust(point.parameter)) return false;
         if (!equilibrium_.linearise_at(point.shape, point.report.neutral_mode)) return false;
-        equilibrium_.count_modes(point.report);
+        equilibrium_.judge(point.shape, point.report);
         tangent.moves = equilibrium_.response_to_parameter(point.shape, border);
         tangent.parameter = 1.0;
         const double norm = std::sqrt(product(tangent, tangent));

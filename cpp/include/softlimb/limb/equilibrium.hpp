@@ -71,8 +71,9 @@ public:
     bool linearise_at(const Shape& shape, bool pinned = false);
     /// Move (mean square one over plates and nodes) along which the stiffness at a shape is nearest to zero.
     Moves softest_move(const Shape& shape);
-    /// Counts the unstable modes of the last linearisation into the report.
-    void count_modes(NewtonReport& report) const;
+    /// Counts the unstable modes of the last linearisation, which was at `shape`, into the report. What a shift of the
+    /// size of rounding takes away was no unstable mode but a neutral one.
+    void judge(const Shape& shape, NewtonReport& report);
     const Geometry& geometry() const { return geometry_; }
 
     /// Condensed stiffness of the plates (free freedoms) at the last solution: rows of the balance, base axes, about
@@ -91,6 +92,7 @@ public:
     std::vector<Vector6> reactions(const Shape& shape) const;
 
 private:
+    void count_modes(NewtonReport& report) const;
     void pin(double share);
     double pin_of_count() const;
     void find_neutral(const Shape& shape);
