@@ -32,7 +32,7 @@ PYTHON_ORDER = [
     ["limb"],
     ["presets"],
     ["scenes"],
-    ["sweep"],
+    ["payload", "sweep"],
     ["measured"],
     ["plot"],
     ["cli"],
@@ -41,6 +41,7 @@ PYTHON_ORDER = [
 DOORS = {
     ("tube", "limb"),  # Tube.rod
     ("limb", "scenes"),  # Limb.from_toml, Limb.to_toml
+    ("limb", "payload"),  # Limb.payload
     ("limb", "sweep"),  # Limb.sweep
     ("scenes", "sweep"),  # Scene.sweep
     ("materials", "plot"),  # the picture of a fit

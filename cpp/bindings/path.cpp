@@ -39,7 +39,7 @@ auto raising_signals(Run&& run) {
 // The scenes come from Python, step by step, so the interpreter lock stays with this call.
 std::shared_ptr<FollowedPath> follow(const std::shared_ptr<Geometry>& geometry, limb::SceneAt scene_at,
                                      const Posture& first, double start, double stop, double tolerance,
-                                     double largest_step, int max_points) {
+                                     double largest_step, int max_points, bool through_events) {
     auto followed = std::make_shared<FollowedPath>();
     followed->geometry = geometry;
     followed->scene_at = std::move(scene_at);
@@ -48,6 +48,7 @@ std::shared_ptr<FollowedPath> follow(const std::shared_ptr<Geometry>& geometry, 
     followed->settings.largest_step = largest_step;
     followed->settings.first_step = std::min(followed->settings.first_step, largest_step);
     followed->settings.max_points = max_points;
+    followed->settings.through_events = through_events;
     solve::Work work = work_of(followed->settings, *geometry);
     followed->path = raising_signals(
         [&] { return limb::follow(*geometry, followed->scene_at, first.solution.shape, followed->settings, work); });
@@ -84,6 +85,8 @@ const char* name_of(limb::PathEnd end) {
             return "stop";
         case limb::PathEnd::start:
             return "start";
+        case limb::PathEnd::event:
+            return "event";
         case limb::PathEnd::no_scene:
             return "no_scene";
         case limb::PathEnd::lost:
@@ -127,7 +130,7 @@ void bind_path(py::module_& m) {
              "Arclength and posture at a parameter between points `after` and `after` + 1, or None.");
 
     m.def("follow", &follow, py::arg("geometry"), py::arg("scene_at"), py::arg("first"), py::kw_only(),
-          py::arg("start"), py::arg("stop"), py::arg("tolerance"), py::arg("largest_step"), py::arg("max_points"),
+          py::arg("start"), py::arg("stop"), py::arg("tolerance"), py::arg("largest_step"), py::arg("max_points"), py::arg("through_events"),
           "Follows the equilibrium `first`; scene_at(parameter) gives a Scene, or None where there is none.");
 }
 

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from softlimb._core import Gent, MooneyRivlin, NeoHookean, Ogden, Section, Yeoh
     from softlimb.limb import Limb, Plate, Rod, Segment
     from softlimb.materials import fit_uniaxial, read_tensile_csv
+    from softlimb.path import Path, PathEvent
+    from softlimb.payload import Payload
     from softlimb.posture import Posture, RodPosture, Verification
     from softlimb.scenes import Scene, load_scene
     from softlimb.sweep import Batch
@@ -28,6 +30,9 @@ __all__ = [
     "MooneyRivlin",
     "NeoHookean",
     "Ogden",
+    "Path",
+    "PathEvent",
+    "Payload",
     "Plate",
     "Posture",
     "Rod",
@@ -54,6 +59,8 @@ _HOME = {
     "_core": ("Gent", "MooneyRivlin", "NeoHookean", "Ogden", "Section", "Yeoh"),
     "limb": ("Limb", "Plate", "Rod", "Segment"),
     "materials": ("fit_uniaxial", "read_tensile_csv"),
+    "path": ("Path", "PathEvent"),
+    "payload": ("Payload",),
     "posture": ("Posture", "RodPosture", "Verification"),
     "scenes": ("Scene", "load_scene"),
     "sweep": ("Batch",),

@@ -2302,7 +2302,7 @@ def axial_strain(section: Section, force: typing.SupportsFloat | typing.Supports
     """
     Strain v3 - 1 and its derivative to the force [1/N] of a section's axial law at a force [N], without end moment.
     """
-def follow(geometry: Geometry, scene_at: collections.abc.Callable[[float], Scene | None], first: Posture, *, start: typing.SupportsFloat | typing.SupportsIndex, stop: typing.SupportsFloat | typing.SupportsIndex, tolerance: typing.SupportsFloat | typing.SupportsIndex, largest_step: typing.SupportsFloat | typing.SupportsIndex, max_points: typing.SupportsInt | typing.SupportsIndex) -> FollowedPath:
+def follow(geometry: Geometry, scene_at: collections.abc.Callable[[float], Scene | None], first: Posture, *, start: typing.SupportsFloat | typing.SupportsIndex, stop: typing.SupportsFloat | typing.SupportsIndex, tolerance: typing.SupportsFloat | typing.SupportsIndex, largest_step: typing.SupportsFloat | typing.SupportsIndex, max_points: typing.SupportsInt | typing.SupportsIndex, through_events: bool) -> FollowedPath:
     """
     Follows the equilibrium `first`; scene_at(parameter) gives a Scene, or None where there is none.
     """

@@ -18,6 +18,7 @@ from softlimb.tube import SectionModel, Tube, Valve
 if TYPE_CHECKING:
     import pathlib
 
+    from softlimb.payload import Payload
     from softlimb.sweep import Batch
 
 __all__ = ["Limb", "Plate", "Posture", "Rod", "RodPosture", "Segment", "Verification"]
@@ -505,6 +506,7 @@ class Limb:
         tolerance: float = 1e-6,
         largest_step: float = 0.1,
         max_points: int = 500,
+        through_events: bool = True,
         **common: Any,
     ) -> Path:
         """Follow a posture while one parameter of its scene changes, through folds.
@@ -526,6 +528,8 @@ class Limb:
             parameter (in units of ``stop - start``).
         max_points : int
             Where a path that does not end is cut.
+        through_events : bool
+            False ends the path at its first fold or bifurcation.
         **common
             The other arguments of `solve`.
 
@@ -594,6 +598,7 @@ class Limb:
             tolerance=tolerance,
             largest_step=step,
             max_points=int(max_points),
+            through_events=bool(through_events),
         )
         return Path(
             followed,
@@ -613,6 +618,57 @@ class Limb:
         from softlimb.sweep import sweep
 
         return sweep(self, pressures, progress=progress, **scene)
+
+    def payload(
+        self,
+        direction: ArrayLike,
+        *,
+        max_force: float | None = None,
+        max_deflection: float | None = None,
+        max_pressure: float | None = None,
+        tolerance: float = 1e-6,
+        **scene: Any,
+    ) -> Payload:
+        """The largest force in a direction that the tip carries, and what limits it.
+
+        Parameters
+        ----------
+        direction : array_like, shape (3,)
+            Of the force, base axes; its length does not matter.
+        max_force : float, optional
+            Where the search ends [N]. Default: the sum of EA of the weakest segment, which would double its length.
+        max_deflection : float, optional
+            Largest distance of the tip from where it is without the force [m].
+        max_pressure : float, optional
+            Lets the pressures move between zero and this [Pa], as little as possible, so that the tip stays where it
+            is; without it the pressures stay and the tip moves.
+        tolerance : float
+            As for `solve`.
+        **scene
+            The arguments of `solve` for everything else; the force is added to ``tip_force``.
+
+        Returns
+        -------
+        Payload
+            ``force``, ``limit`` (fold, bifurcation, deflection, pressure, force or lost) and ``posture``.
+
+        Raises
+        ------
+        ValueError
+            The direction is zero, a limit is not positive, both a largest pressure and a largest deflection are given,
+            or an argument is one that `solve` refuses.
+        """
+        from softlimb.payload import payload
+
+        return payload(
+            self,
+            direction,
+            max_force=max_force,
+            max_deflection=max_deflection,
+            max_pressure=max_pressure,
+            tolerance=tolerance,
+            **scene,
+        )
 
     def _scene(
         self,

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 _ENDS = {
     "stop": "the parameter reached {stop:.6g}",
     "start": "the path came back to {start:.6g}: the same scene has another posture",
+    "event": "the path was to end at its first fold or bifurcation",
     "no_scene": "beyond {last:.6g} the scene does not exist: an actuator has no stable state",
     "lost": "the path was lost at {last:.6g}: no step is small enough",
     "max_points": "the number of points or the budget of work ran out at {last:.6g}",
@@ -99,7 +100,12 @@ class Path:
     def events(self) -> tuple[PathEvent, ...]:
         """Folds and bifurcations in the order in which they are met."""
         return tuple(
-            PathEvent("fold" if kind == "fold" else "bifurcation", parameter, self._posture_of(parameter, self._followed.event_posture(number)), after)
+            PathEvent(
+                "fold" if kind == "fold" else "bifurcation",
+                parameter,
+                self._posture_of(parameter, self._followed.event_posture(number)),
+                after,
+            )
             for number, (kind, after, parameter) in enumerate(self._followed.events)
         )
 
@@ -115,13 +121,13 @@ class Path:
 
     @property
     def end(self) -> str:
-        """Why the path ends: ``stop``, ``start``, ``no_scene``, ``lost`` or ``max_points``."""
+        """Why the path ends: ``stop``, ``start``, ``event``, ``no_scene``, ``lost`` or ``max_points``."""
         return self._followed.end
 
     @property
     def success(self) -> bool:
-        """True when the path reached ``stop``, or came back to ``start`` on another posture."""
-        return self.end in ("stop", "start")
+        """True when the path reached ``stop``, came back to ``start``, or ended at an event because it was to."""
+        return self.end in ("stop", "start", "event")
 
     @property
     def message(self) -> str:

@@ -56,7 +56,8 @@ def main():
     print(f"{platform.machine()}, Python {platform.python_version()}, one core; {arguments.scenes} scenes")
     print(f"verified stable successes: {arguments.scenes - len(odd)}; false successes: {false}")
     print("\n".join(odd))
-    for name, values in (("processor time [ms]", times), ("Newton iterations", newton), ("descent iterations", descent)):
+    rows = {"processor time [ms]": times, "Newton iterations": newton, "descent iterations": descent}
+    for name, values in rows.items():
         low, middle, high, top = np.percentile(values, [5, 50, 95, 100])
         print(f"{name:<20} 5 %: {low:.3g}  median: {middle:.3g}  95 %: {high:.3g}  largest: {top:.3g}")
     print(f"slowest over median: {max(times) / np.median(times):.1f}")

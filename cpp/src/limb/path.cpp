@@ -284,6 +284,10 @@ Path follow(const Geometry& geometry, const SceneAt& scene_at, const Shape& firs
         if (settings.locate) follower.locate(path, tangent, next);
         const int iterations = next.report.iterations;
         path.points.push_back(std::move(next));
+        if (!settings.through_events && !path.events.empty()) {
+            path.end = PathEnd::event;
+            return path;
+        }
         if (arrived) {
             path.end = *arrived;
             return path;

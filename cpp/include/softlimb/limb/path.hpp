@@ -20,7 +20,8 @@ struct PathSettings {
     // parameter in units of |stop - start|.
     double first_step = 0.02, largest_step = 0.1;
     int max_points = 500;
-    bool locate = true;  // events; without it the path is only a way to its end
+    bool locate = true;          // events; without it the path is only a way to its end
+    bool through_events = true;  // without it the path ends at its first fold or bifurcation
 };
 
 struct PathPoint {
@@ -42,6 +43,7 @@ struct PathEvent {
 enum class PathEnd {
     stop,       // the parameter reached `stop`
     start,      // it came back to `start`: another posture of the first scene
+    event,      // at its first fold or bifurcation, because it was not to go on
     no_scene,   // the scene does not exist beyond
     lost,       // no step is small enough
     max_points  // or the budget of work ran out

@@ -1,0 +1,244 @@
+"""The largest tip force that a limb carries, and what limits it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from softlimb.limb import Limb, _number, _vector
+from softlimb.path import Path
+from softlimb.posture import Posture
+
+__all__ = ["Payload", "payload"]
+
+Array = NDArray[np.float64]
+Limit = Literal["fold", "bifurcation", "deflection", "pressure", "force", "lost"]
+
+_LIMITS: dict[Limit, str] = {
+    "fold": "beyond it no posture is near: the limb snaps",
+    "bifurcation": "beyond it the posture is unstable: the limb buckles",
+    "deflection": "the tip has moved as far as allowed",
+    "pressure": "beyond it no pressures within the limit keep the tip in place",
+    "force": "the search ended here: the limb carries more",
+    "lost": "the path of postures was lost here: the limb may carry more",
+}
+
+
+@dataclass(frozen=True)
+class Payload:
+    """What a limb carries at its tip.
+
+    Parameters
+    ----------
+    force : float
+        The largest force in the direction asked for [N]; with the tip kept in place to 1e-4 of it.
+    limit : {"fold", "bifurcation", "deflection", "pressure", "force", "lost"}
+        What keeps it from being larger.
+    posture : Posture
+        At that force.
+    unloaded : Posture
+        Without it.
+    """
+
+    force: float
+    limit: Limit
+    posture: Posture
+    unloaded: Posture
+
+    @property
+    def message(self) -> str:
+        """The limit in words."""
+        return f"{self.force:.4g} N; {_LIMITS[self.limit]}"
+
+    @property
+    def deflection(self) -> float:
+        """Distance of the tip from where it is without the force [m]."""
+        return _distance(self.posture, self.unloaded)
+
+
+def payload(
+    limb: Limb,
+    direction: ArrayLike,
+    *,
+    max_force: float | None = None,
+    max_deflection: float | None = None,
+    max_pressure: float | None = None,
+    tolerance: float = 1e-6,
+    **scene: Any,
+) -> Payload:
+    """See `Limb.payload`.
+
+    Raises
+    ------
+    RuntimeError
+        The limb has no stable posture without the force.
+    """
+    along = _vector("direction", direction)
+    length = float(np.linalg.norm(along))
+    if length == 0.0:
+        raise ValueError("direction must not be zero, got (0, 0, 0)")
+    along = along / length
+    if max_pressure is not None and max_deflection is not None:
+        raise ValueError("give either max_pressure (the tip stays) or max_deflection (the tip moves), got both")
+    if "start" in scene or "prefer_stable" in scene:
+        raise TypeError("start and prefer_stable do not apply: a payload starts from the stable unloaded posture")
+    base = _vector("tip_force", scene.pop("tip_force", (0.0, 0.0, 0.0)))
+    unloaded = limb.solve(**scene, tip_force=base, tolerance=tolerance)
+    if not unloaded.success or not unloaded.stable:
+        raise RuntimeError(f"the limb has no stable posture without the force: {unloaded.message}")
+    largest = _number("max_force", _default_force(unloaded) if max_force is None else max_force, positive=True)
+    if max_pressure is not None:
+        limit = _number("max_pressure", max_pressure, positive=True)
+        return _with_tip_in_place(limb, unloaded, base, along, largest, limit, tolerance, scene)
+
+    path = limb.follow(
+        lambda force: {"tip_force": base + force * along},
+        0.0,
+        largest,
+        posture=unloaded,
+        tolerance=tolerance,
+        through_events=False,
+        **scene,
+    )
+    if max_deflection is not None:
+        allowed = _number("max_deflection", max_deflection, positive=True)
+        bracket = _first_beyond(path, unloaded, allowed)
+        if bracket is not None:
+            before, low, high = bracket
+
+            def at(force: float) -> Posture:
+                return limb.solve(**scene, tip_force=base + force * along, start=before, tolerance=tolerance)
+
+            force, posture = _crossing(at, lambda p: _distance(p, unloaded) - allowed, low, high)
+            return Payload(force, "deflection", posture, unloaded)
+    if path.events:
+        event = path.events[0]
+        return Payload(event.parameter, event.kind, event.posture, unloaded)
+    reached: Limit = "force" if path.end == "stop" else "lost"
+    return Payload(float(path.parameters[-1]), reached, path.postures[-1], unloaded)
+
+
+def _first_beyond(path: Path, unloaded: Posture, allowed: float) -> tuple[Posture, float, float] | None:
+    """The last posture of the path within a deflection, its force, and a force beyond; None where all are within."""
+    event = path.events[0] if path.events else None
+    for number in range(1, len(path)):
+        before = path.postures[number - 1]
+        beyond, force = path.postures[number], float(path.parameters[number])
+        if event is not None and number == event.after + 1:
+            # The path may turn in this step: its posture at the event decides.
+            beyond, force = event.posture, event.parameter
+        if _distance(beyond, unloaded) > allowed:
+            return before, float(path.parameters[number - 1]), force
+    return None
+
+
+def _distance(a: Posture, b: Posture) -> float:
+    return float(np.linalg.norm(a.tip[:3, 3] - b.tip[:3, 3]))
+
+
+def _default_force(posture: Posture) -> float:
+    return min(sum(rod.section.axial for rod in row) for row in posture.rods)
+
+
+def _crossing(
+    solve: Callable[[float], Posture], excess: Callable[[Posture], float], low: float, high: float
+) -> tuple[float, Posture]:
+    """Where the excess, negative at ``low`` and positive at ``high``, vanishes: bisection to 1e-9 of the bracket."""
+    best, posture = low, solve(low)
+    width = high - low
+    while high - low > 1e-9 * width:
+        middle = 0.5 * (low + high)
+        found = solve(middle)
+        if found.success and excess(found) <= 0.0:
+            low, best, posture = middle, middle, found
+        else:
+            high = middle
+    return best, posture
+
+
+def _with_tip_in_place(
+    limb: Limb,
+    unloaded: Posture,
+    base: Array,
+    along: Array,
+    largest: float,
+    limit: float,
+    tolerance: float,
+    scene: dict[str, Any],
+) -> Payload:
+    """Steps of the force; at each one the pressures move as little as they can to bring the tip back."""
+    if unloaded.pressures is None:
+        raise ValueError("max_pressure was given, but the limb was not given by pressures")
+    if (unloaded.pressures < 0.0).any() or (unloaded.pressures > limit).any():
+        raise ValueError(f"pressures must start within 0 and max_pressure {limit!r}, got {unloaded.pressures.tolist()}")
+    others = {name: value for name, value in scene.items() if name not in ("pressures", "rest_lengths")}
+    goal = unloaded.tip[:3, 3].copy()
+    force, posture = 0.0, unloaded
+    step = 1e-3 * largest  # of a force that would double its length any limb carries a thousandth
+    growth = 1.5
+    while force < largest and step > max(1e-4 * force, 1e-9 * largest):
+        trial = min(force + step, largest)
+        held = _brought_back(limb, posture, goal, base + trial * along, limit, tolerance, others)
+        if held is None:
+            step *= 0.3
+            growth = 1.0  # near the limit longer steps would only fail again
+            continue
+        force, posture = trial, held
+        step *= growth
+    if force >= largest:
+        return Payload(force, "force", posture, unloaded)
+    assert posture.pressures is not None
+    at_bound = (posture.pressures >= limit * (1.0 - 1e-6)) | (posture.pressures <= limit * 1e-6)
+    return Payload(force, "pressure" if at_bound.any() else "lost", posture, unloaded)
+
+
+def _brought_back(
+    limb: Limb, start: Posture, goal: Array, tip_force: Array, limit: float, tolerance: float, scene: dict[str, Any]
+) -> Posture | None:
+    """The stable posture next to ``start`` with its tip at the goal, its pressures within bounds, or None."""
+    assert start.pressures is not None
+    pressures, posture = start.pressures.copy(), start
+    near = 10.0 * tolerance * limb.length
+    previous = np.inf
+    for _ in range(20):
+        # What is not stable next to the start is of no use: no search for another posture.
+        posture = limb.solve(
+            pressures, tip_force=tip_force, start=posture, tolerance=tolerance, prefer_stable=False, **scene
+        )
+        if not posture.success or not posture.stable:
+            return None
+        miss = goal - posture.tip[:3, 3]
+        distance = float(np.linalg.norm(miss))
+        if distance <= near:
+            return posture
+        if distance > 0.8 * previous:  # far from Newton's pace: the step of the force was too long
+            return None
+        previous = distance
+        change = _least_change(posture.jacobian[:3], miss, -pressures, limit - pressures)
+        if change is None:
+            return None
+        pressures = np.clip(pressures + change, 0.0, limit)
+    return None
+
+
+def _least_change(jacobian: Array, miss: Array, low: Array, high: Array) -> Array | None:
+    """The smallest change within bounds that the jacobian turns into ``miss``; None where bounds leave none."""
+    change = np.zeros(jacobian.shape[1])
+    free = np.ones(jacobian.shape[1], dtype=bool)
+    while free.any():
+        rest = miss - jacobian[:, ~free] @ change[~free]
+        change[free] = np.linalg.lstsq(jacobian[:, free], rest, rcond=None)[0]
+        beyond = free & ((change < low) | (change > high))
+        if not beyond.any():
+            reached = np.linalg.norm(jacobian @ change - miss) <= 1e-6 * np.linalg.norm(miss)
+            return change if reached else None
+        # The worst offender goes to its bound, the others share what is left.
+        excess = np.where(beyond, np.maximum(low - change, change - high), -np.inf)
+        worst = int(np.argmax(excess))
+        change[worst] = np.clip(change[worst], low[worst], high[worst])
+        free[worst] = False
+    return None
