@@ -130,7 +130,8 @@ void bind_path(py::module_& m) {
              "Arclength and posture at a parameter between points `after` and `after` + 1, or None.");
 
     m.def("follow", &follow, py::arg("geometry"), py::arg("scene_at"), py::arg("first"), py::kw_only(),
-          py::arg("start"), py::arg("stop"), py::arg("tolerance"), py::arg("largest_step"), py::arg("max_points"), py::arg("through_events"),
+          py::arg("start"), py::arg("stop"), py::arg("tolerance"), py::arg("largest_step"), py::arg("max_points"),
+          py::arg("through_events"),
           "Follows the equilibrium `first`; scene_at(parameter) gives a Scene, or None where there is none.");
 }
 

@@ -95,31 +95,35 @@ def payload(
         limit = _number("max_pressure", max_pressure, positive=True)
         return _with_tip_in_place(limb, unloaded, base, along, largest, limit, tolerance, scene)
 
-    path = limb.follow(
-        lambda force: {"tip_force": base + force * along},
-        0.0,
-        largest,
-        posture=unloaded,
-        tolerance=tolerance,
-        through_events=False,
-        **scene,
-    )
-    if max_deflection is not None:
-        allowed = _number("max_deflection", max_deflection, positive=True)
-        bracket = _first_beyond(path, unloaded, allowed)
-        if bracket is not None:
-            before, low, high = bracket
+    allowed = None if max_deflection is None else _number("max_deflection", max_deflection, positive=True)
 
-            def at(force: float) -> Posture:
-                return limb.solve(**scene, tip_force=base + force * along, start=before, tolerance=tolerance)
+    def loads(force: float) -> dict[str, Any]:
+        return {"tip_force": base + force * along}
 
-            force, posture = _crossing(at, lambda p: _distance(p, unloaded) - allowed, low, high)
-            return Payload(force, "deflection", posture, unloaded)
-    if path.events:
-        event = path.events[0]
-        return Payload(event.parameter, event.kind, event.posture, unloaded)
-    reached: Limit = "force" if path.end == "stop" else "lost"
-    return Payload(float(path.parameters[-1]), reached, path.postures[-1], unloaded)
+    # Stretch by stretch, from what bends the limb a little to the end of the search: the steps of a path are in units
+    # of its range.
+    reached, posture = 0.0, unloaded
+    stop = min(0.1 * _bending_force(unloaded), largest)
+    while True:
+        path = limb.follow(loads, reached, stop, posture=posture, tolerance=tolerance, through_events=False, **scene)
+        if allowed is not None:
+            bracket = _first_beyond(path, unloaded, allowed)
+            if bracket is not None:
+                before, low, high = bracket
+
+                def at(force: float, start: Posture = before) -> Posture:
+                    return limb.solve(**scene, **loads(force), start=start, tolerance=tolerance)
+
+                force, posture = _crossing(at, lambda p: _distance(p, unloaded) - allowed, low, high)
+                return Payload(force, "deflection", posture, unloaded)
+        if path.events:
+            event = path.events[0]
+            return Payload(event.parameter, event.kind, event.posture, unloaded)
+        if len(path):
+            reached, posture = float(path.parameters[-1]), path.postures[-1]
+        if path.end != "stop" or stop == largest:
+            return Payload(reached, "force" if path.end == "stop" else "lost", posture, unloaded)
+        stop = min(4.0 * stop, largest)
 
 
 def _first_beyond(path: Path, unloaded: Posture, allowed: float) -> tuple[Posture, float, float] | None:
@@ -138,6 +142,11 @@ def _first_beyond(path: Path, unloaded: Posture, allowed: float) -> tuple[Postur
 
 def _distance(a: Posture, b: Posture) -> float:
     return float(np.linalg.norm(a.tip[:3, 3] - b.tip[:3, 3]))
+
+
+def _bending_force(posture: Posture) -> float:
+    """What bends the limb's softest segment by about its length."""
+    return min(sum(rod.section.bending / rod.length**2 for rod in row) for row in posture.rods)
 
 
 def _default_force(posture: Posture) -> float:

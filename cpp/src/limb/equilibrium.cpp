@@ -484,7 +484,8 @@ void Equilibrium::leave_out_neutral() {
 void Equilibrium::pin(double share) {
     // In units of what it takes to bend the whole limb: short rods are far stiffer, but no mode is softer for them.
     double bending = 0.0;
-    for (const RodAtPressure& rod : scene_.rods) bending += rod.section.bending / static_cast<double>(scene_.rods.size());
+    for (const RodAtPressure& rod : scene_.rods)
+        bending += rod.section.bending / static_cast<double>(scene_.rods.size());
     const double stiffness = share * bending / geometry_.length;
     shift_.head<3>().setConstant(stiffness / (geometry_.length * geometry_.length));
     shift_.tail<3>().setConstant(stiffness);

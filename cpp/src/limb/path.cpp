@@ -110,10 +110,15 @@ public:
         return true;
     }
 
+    /// The same to 1e-9, for events; where rounding does not allow that, to the tolerance of the path.
+    bool step_sharply(const PathPoint& point, const Tangent& tangent, double step, PathPoint& next, Tangent& ahead) {
+        const double sharp = std::min(settings_.tolerance, 1e-9);
+        return step_from(point, tangent, step, sharp, next, ahead) ||
+               step_from(point, tangent, step, settings_.tolerance, next, ahead);
+    }
+
     /// Cosine of the angle that the path turned through in the last step.
     double turn() const { return turn_; }
-    bool had_scene() const { return had_scene_; }
-    double range() const { return range_; }
 
     std::optional<PathPoint> fold(const PathPoint& point, const Tangent& tangent, const PathPoint& beyond);
     std::optional<PathPoint> bifurcation(const PathPoint& point, const Tangent& tangent, const PathPoint& beyond);
@@ -132,9 +137,9 @@ private:
         border.parameter = parameter;
         border.adjust = [this](double value) {
             std::optional<Scene> scene = scene_at_(value);
-            had_scene_ = scene.has_value();
-            if (had_scene_) scene_ = std::move(*scene);
-            return had_scene_;
+            if (!scene) return false;
+            scene_ = std::move(*scene);
+            return true;
         };
         std::optional<Scene> before = scene_at_(parameter - 0.5 * span), after = scene_at_(parameter + 0.5 * span);
         border.span = before && after ? span : 0.5 * span;
@@ -152,13 +157,11 @@ private:
     Scene scene_;
     Equilibrium equilibrium_;
     double turn_ = 1.0;
-    bool had_scene_ = true;
 };
 
 std::optional<PathPoint> Follower::fold(const PathPoint& point, const Tangent& tangent, const PathPoint& beyond) {
     // Root of the slope by false position (Illinois): the parameter's own error is the slope times the bracket, so the
     // last digits come for nothing.
-    const double tolerance = std::min(settings_.tolerance, 1e-9);
     double low = 0.0, low_slope = point.slope;
     double high = beyond.arclength - point.arclength, high_slope = beyond.slope;
     std::optional<PathPoint> best;
@@ -167,7 +170,7 @@ std::optional<PathPoint> Follower::fold(const PathPoint& point, const Tangent& t
         const double middle = (low * high_slope - high * low_slope) / (high_slope - low_slope);
         PathPoint at;
         Tangent ahead;
-        if (!step_from(point, tangent, middle, tolerance, at, ahead)) return best;
+        if (!step_sharply(point, tangent, middle, at, ahead)) return std::nullopt;
         if (!best || std::abs(at.slope) < std::abs(best->slope)) best = at;
         if (std::abs(at.slope) * (high - low) < 1e-11 * range_) return best;
         // The end that stays twice in a row counts for half: without it false position creeps.
@@ -224,13 +227,12 @@ void Follower::locate(Path& path, const Tangent& tangent, const PathPoint& next)
 std::optional<PathPoint> Follower::bifurcation(const PathPoint& point, const Tangent& tangent,
                                                const PathPoint& beyond) {
     double low = 0.0, high = beyond.arclength - point.arclength;
-    const double tolerance = std::min(settings_.tolerance, 1e-9);
     std::optional<PathPoint> best;
     while (high - low > 1e-9) {
         const double middle = 0.5 * (low + high);
         PathPoint at;
         Tangent ahead;
-        if (!step_from(point, tangent, middle, tolerance, at, ahead)) return best;
+        if (!step_sharply(point, tangent, middle, at, ahead)) return std::nullopt;
         (at.modes() == point.modes() ? low : high) = middle;
         best = std::move(at);
     }
@@ -278,7 +280,9 @@ Path follow(const Geometry& geometry, const SceneAt& scene_at, const Shape& firs
         if (!done) {
             step *= 0.4;
             if (step > smallest_step) continue;
-            path.end = follower.had_scene() ? PathEnd::lost : PathEnd::no_scene;
+            // Where the scene itself ends, as at a tube's limit point, its slope has no bound just before.
+            const double ahead_of_end = here.parameter + std::copysign(1e-3 * (high - low), tangent.parameter);
+            path.end = scene_at(ahead_of_end) ? PathEnd::lost : PathEnd::no_scene;
             return path;
         }
         if (settings.locate) follower.locate(path, tangent, next);
