@@ -10,6 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 
+import softlimb as sl
 from softlimb import Section, measured, plot, scenes
 from softlimb.presets import reference_limb
 from softlimb.units import kPa
@@ -207,3 +208,22 @@ def test_a_sweep_with_one_good_row_or_none_has_readable_axes() -> None:
             figure.draw_without_rendering()
             # rounding alone, 1e-16 deg, must not fill an axis
             assert all(abs(np.diff(ax.get_ylim())[0]) > 0.5 for ax in figure.axes)
+
+
+def test_a_path_is_drawn_with_its_stable_and_unstable_parts_and_its_fold():
+    column = sl.Section(axial=1e5, shear=1e5, bending=1.0, torsion=0.8)
+    limb = sl.Limb([sl.Segment(rods=[sl.Rod(column, 1.0)], ring_radius=0.0)])
+    followed = limb.follow(lambda force: {"tip_force": (0.0, 0.0, -force)}, 0.0, 4.0)
+    figure = plot.path(followed, "tip load [N]")
+    axes = figure.axes[0]
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert labels == ["stable", "unstable", "bifurcation"]
+    assert axes.get_xlabel() == "tip load [N]" and axes.get_ylabel() == "tip z [mm]"
+    full, dashed, square = axes.get_lines()
+    # Drawn to the bifurcation, in newtons and millimetres.
+    assert full.get_xdata()[-1] == dashed.get_xdata()[0] == square.get_xdata()[0] == followed.events[0].parameter
+    assert full.get_ydata()[0] == pytest.approx(1000.0)
+    with pytest.raises(ValueError, match="coordinate"):
+        plot.path(followed, "", coordinate="w")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="unit"):
+        plot.path(followed, "", unit=0.0)

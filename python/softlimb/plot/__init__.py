@@ -3,6 +3,7 @@
 from softlimb.plot.curves import comparison, curve, positions, sweep
 from softlimb.plot.limb import limb, side_view
 from softlimb.plot.material import draw_fit
+from softlimb.plot.path import path
 from softlimb.plot.tube import ballooning, elongation, stiffness, wall_stress
 
 __all__ = [
@@ -12,6 +13,7 @@ __all__ = [
     "draw_fit",
     "elongation",
     "limb",
+    "path",
     "positions",
     "side_view",
     "stiffness",
