@@ -602,3 +602,24 @@ def test_six_legs_lose_one_mode_after_the_other_under_growing_compression() -> N
     settled = solved(limb, tip_force=(0.0, 0.0, -250.0))
     assert settled.stable
     assert unstable_modes(DiscreteLimb(settled, 24).settle()) == 0
+
+
+# --- rods that pull against each other ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", [2, 5])
+def test_rods_too_stiff_to_stretch_and_of_different_lengths_share_out_their_misfit(seed: int) -> None:
+    # Six rods, ten per cent apart in length, that would rather bend than stretch by a millionth: some stand taut, the
+    # others buckle. No rod but by its plate can hold the tip: forces and moments on it balance without load.
+    generator = np.random.default_rng(seed)
+    bending = 10.0 ** generator.uniform(-1.0, 0.0, 6)
+    rods = [
+        sl.Rod(sl.Section(axial=1e7 * b, shear=1e7 * b, bending=b, torsion=b), length)
+        for b, length in zip(bending, generator.uniform(0.9, 1.0, 6), strict=True)
+    ]
+    found = solved(sl.Limb([sl.Segment(rods=rods, ring_radius=0.2)] * 2), tip_force=(0.5, 0.2, 1.0))
+    assert found.stable
+    largest = max(float(np.linalg.norm(rod.force[0])) for row in found.rods for rod in row)
+    pulled = sum(rod.force[-1] for rod in found.rods[-1])
+    # Relative to the largest of the forces that cancel, ten times the tolerance.
+    assert_allclose(pulled, [0.5, 0.2, 1.0], rtol=0.0, atol=1e-5 * largest)

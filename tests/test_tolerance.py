@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from benchmarks.bench_tolerance import measure
+import pytest
+
+from benchmarks.bench_tolerance import measure, scene
 
 
 def test_the_tip_is_within_the_tolerance_on_random_scenes_of_random_limbs():
@@ -13,3 +15,12 @@ def test_the_tip_is_within_the_tolerance_on_random_scenes_of_random_limbs():
     shares = {o.number: o.share for o in judged}
     assert max(shares.values()) <= 10.0, shares
     assert sum(share > 1.0 for share in shares.values()) <= 0.01 * len(judged), shares
+
+
+@pytest.mark.parametrize("number", [255, 529, 1395])
+def test_rods_that_pull_too_hard_for_newton_are_stiffened_step_by_step(number: int):
+    # Five or six rods a segment, up to ten per cent apart in length, EA l^2/EI up to 1e9: Newton alone fails here.
+    limb, options, tolerance = scene(number)
+    found = limb.solve(**options, tolerance=tolerance)
+    assert found.success and found.stable and found.verify().success
+    assert any("stiffness grown" in line for line in found.plan)

@@ -454,6 +454,8 @@ class Posture:
     def smallest_stiffness(self) -> float:
         """Smallest eigenvalue of the plates' stiffness, translations counted in limb lengths [N m]; negative: unstable.
 
+        A rod that buckles between its plates is not in it: `unstable_modes` counts those as well.
+
         Errors as for `plate_stiffness`; RuntimeError as well where every plate is held.
         """
         return self._softest[0]

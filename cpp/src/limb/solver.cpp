@@ -97,6 +97,41 @@ std::optional<Attempt> stable_below(const Geometry& geometry, const Scene& scene
     return std::nullopt;
 }
 
+/// The scene with every rod at a share of the way from its softened stiffness (0) to its own (1), in proportion.
+Scene stiffened(const Scene& scene, double share) {
+    Scene part = scene;
+    for (std::size_t i = 0; i < scene.rods.size(); ++i) {
+        const Section soft = softened(scene.rods[i]);
+        Section& section = part.rods[i].section;
+        const double axial = std::pow(soft.axial / section.axial, 1.0 - share);
+        section.shear *= std::pow(soft.shear / section.shear, 1.0 - share);
+        section.axial *= axial;
+        // The axial law over the same strains at smaller forces.
+        section.axial_law.centre *= axial, section.axial_law.half_range *= axial;
+        for (double& c : section.axial_law.coefficient) c /= axial;
+    }
+    return part;
+}
+
+/// Rods that hardly stretch and differ in length pull so hard that Newton does not bridge the way from the descent's
+/// softened rods: their stiffness grows along a path.
+std::optional<Shape> stiffen(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
+                             const Shape& descended, solve::Work& work, int& iterations) {
+    SolveOptions rough = options;
+    rough.tolerance = std::max(options.tolerance, 1e-6);
+    const std::optional<Attempt> soft = stable_below(geometry, stiffened(scene, 0.0), rough, work, descended);
+    if (!soft) return std::nullopt;
+    PathSettings settings;
+    settings.tolerance = rough.tolerance;
+    settings.largest_step = 0.3;
+    settings.locate = false;
+    const Path path =
+        follow(geometry, [&](double share) { return stiffened(scene, share); }, soft->shape, settings, work);
+    for (const PathPoint& point : path.points) iterations += point.report.iterations;
+    if (path.end != PathEnd::stop) return std::nullopt;
+    return path.points.back().shape;
+}
+
 /// Loads without a potential grown from nothing to all, through folds: the way where no descent leads, and for moments
 /// that wind a rod up so far that no straight start reaches it. `farthest` is the largest share that was carried.
 std::optional<Shape> grow_moments(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
@@ -302,6 +337,19 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         if (!full.converged()) continue;
         solution.plan.push_back("the descent did not lead there: loads without potential grown step by step");
         return accept(full, "converged along the growing loads");
+    }
+    const bool softer = std::any_of(scene.rods.begin(), scene.rods.end(), [](const RodAtPressure& rod) {
+        return softened(rod).axial < rod.section.axial || softened(rod).shear < rod.section.shear;
+    });
+    if (!unstable && softer) {
+        if (const auto stiff = stiffen(geometry, scene, options, shape, work, solution.iterations)) {
+            Attempt full = refine(scene, options, work, equilibrium, *stiff, solution.iterations);
+            if (good_enough(full)) {
+                solution.plan.push_back("the rods stretch hardly at all: their stiffness grown step by step");
+                return accept(full, "converged along the growing stiffness");
+            }
+            if (full.converged()) unstable = full;
+        }
     }
     if (start != nullptr && options.prefer_stable && !(unstable && unstable->stable())) {
         // The start led nowhere, or to unstable postures alone. From nothing is another way.
