@@ -108,6 +108,7 @@ std::vector<double> values(const FollowedPath& followed, Value&& value) {
 
 void bind_path(py::module_& m) {
     py::class_<FollowedPath, std::shared_ptr<FollowedPath>>(m, "FollowedPath", "Equilibria along one parameter.")
+        .def(py::init<>(), "A path without points.")
         .def_property_readonly("end", [](const FollowedPath& f) { return std::string(name_of(f.path.end)); })
         .def_property_readonly(
             "parameters",

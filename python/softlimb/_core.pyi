@@ -2278,6 +2278,10 @@ class FollowedPath:
     """
     Equilibria along one parameter.
     """
+    def __init__(self) -> None:
+        """
+        A path without points.
+        """
     def between(self, after: typing.SupportsInt | typing.SupportsIndex, parameter: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, Posture] | None:
         """
         Arclength and posture at a parameter between points `after` and `after` + 1, or None.

@@ -520,7 +520,7 @@ class Limb:
             Where the parameter starts and where the path ends. A path that meets a fold turns back and may end at
             ``start`` again, on another posture.
         posture : Posture, optional
-            Where to start, an equilibrium at ``start``. Default: `solve` there.
+            Where to start, an equilibrium at ``start``. Default: `solve` there. Where that fails the path has no points.
         tolerance : float
             Of every posture, as for `solve`.
         largest_step : float
@@ -589,6 +589,8 @@ class Limb:
             scene = scene_at(value)
             return scene.core if scene.refusal is None else None
 
+        if not first.success:
+            return Path(_core.FollowedPath(), first_value, last_value, lambda _, __: first)
         followed = _core.follow(
             self._geometry,
             core_scene_at,

@@ -4,173 +4,14 @@
 #include <algorithm>
 #include <sstream>
 
-#include "softlimb/largest.hpp"
-#include "softlimb/limb/descent.hpp"
-#include "softlimb/limb/path.hpp"
+#include "softlimb/limb/attempt.hpp"
+#include "softlimb/limb/detour.hpp"
 #include "softlimb/limb/start.hpp"
 
 namespace softlimb::limb {
 namespace {
 
 using solve::SolveStatus;
-
-/// Largest distance of two shapes' plates: translations relative to the limb, rotations in radians.
-double distance(const Geometry& geometry, const Shape& a, const Shape& b) {
-    double largest = 0.0;
-    for (int j = 0; j < geometry.plates(); ++j) {
-        const Vector6 gap = rod::pose_gap(a.plates[j], b.plates[j]);
-        grow(largest, gap.head<3>().norm() / geometry.length);
-        grow(largest, gap.tail<3>().norm());
-    }
-    return largest;
-}
-
-/// Descends until the mesh is fine enough for its bends and the descent is done.
-DescentReport descend(const Geometry& geometry, const Scene& scene, solve::Work& work, Shape& shape, int& iterations) {
-    DescentReport report;
-    std::optional<Ridge> ridge;
-    for (int refinement = 0; refinement < 8; ++refinement) {
-        Descent descent(geometry, scene, work);
-        report = descent.run(shape, {});
-        iterations += report.iterations;
-        if (report.ridge && !ridge) ridge = std::move(report.ridge);
-        if (!report.needs_refinement || work.exhausted()) break;
-        // An element of so fine a mesh that still bends too far belongs to no posture that a descent will find.
-        constexpr int finest = 128;
-        if (shape.rods.front().elements() >= finest) break;
-        for (RodShape& rod : shape.rods) split_elements(rod, 2);
-    }
-    report.ridge = std::move(ridge);
-    return report;
-}
-
-struct Attempt {
-    Shape shape;
-    NewtonReport report;
-    bool converged() const { return report.status == SolveStatus::converged; }
-    bool stable() const { return converged() && report.plate_modes + report.rod_modes == 0; }
-};
-
-/// Exact Newton from a shape whose wrenches are set; refines the mesh until no piece is active enough to hide a mode.
-Attempt refine(const Scene& scene, const SolveOptions& options, solve::Work& work, Equilibrium& equilibrium,
-               Shape shape, int& iterations) {
-    Attempt attempt;
-    NewtonSettings settings;
-    settings.tolerance = options.tolerance;
-    settings.max_iterations = options.max_iterations;
-    choose_mesh(scene, options.tolerance, shape);
-    attempt.shape = std::move(shape);
-    for (int round = 0; round < 4; ++round) {
-        attempt.report = equilibrium.solve(attempt.shape, settings, work);
-        iterations += attempt.report.iterations;
-        if (!attempt.converged() || largest_activity(scene, attempt.shape) < 3.0) break;
-        choose_mesh(scene, options.tolerance, attempt.shape);
-    }
-    return attempt;
-}
-
-/// The scene with a share of those loads that have no potential: all of it but its weights, dead forces and holds.
-Scene with_moments(const Scene& scene, double share) {
-    Scene part = scene;
-    for (Vector6& w : part.wrenches) {
-        w.tail<3>() *= share;
-        if (scene.following) w.head<3>() *= share;
-    }
-    for (RodAtPressure& rod : part.rods) rod.line_load.moment = share * rod.line_load.moment;
-    return part;
-}
-
-/// The stable equilibrium to which a shape on a mesh slides down, if the exact rods have one there.
-std::optional<Attempt> stable_below(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
-                                    solve::Work& work, Shape shape) {
-    Equilibrium equilibrium(geometry, scene);
-    int ignored = 0;
-    for (const int parts : {4, 16}) {
-        for (RodShape& rod : shape.rods) split_elements(rod, std::max(1, parts / rod.elements()));
-        descend(geometry, scene, work, shape, ignored);
-        Shape warm = shape;
-        set_geodesic_wrenches(scene, warm, Stiffness::softened);
-        Attempt attempt = refine(scene, options, work, equilibrium, warm, ignored);
-        if (attempt.stable() && distance(geometry, attempt.shape, shape) < 3.0 / parts) return attempt;
-        if (work.exhausted()) break;
-    }
-    return std::nullopt;
-}
-
-/// The scene with every rod at a share of the way from its softened stiffness (0) to its own (1), in proportion.
-Scene stiffened(const Scene& scene, double share) {
-    Scene part = scene;
-    for (std::size_t i = 0; i < scene.rods.size(); ++i) {
-        const Section soft = softened(scene.rods[i]);
-        Section& section = part.rods[i].section;
-        const double axial = std::pow(soft.axial / section.axial, 1.0 - share);
-        section.shear *= std::pow(soft.shear / section.shear, 1.0 - share);
-        section.axial *= axial;
-        // The axial law over the same strains at smaller forces.
-        section.axial_law.centre *= axial, section.axial_law.half_range *= axial;
-        for (double& c : section.axial_law.coefficient) c /= axial;
-    }
-    return part;
-}
-
-/// Rods that hardly stretch and differ in length pull so hard that Newton does not bridge the way from the descent's
-/// softened rods: their stiffness grows along a path.
-std::optional<Shape> stiffen(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
-                             const Shape& descended, solve::Work& work, int& iterations) {
-    SolveOptions rough = options;
-    rough.tolerance = std::max(options.tolerance, 1e-6);
-    const std::optional<Attempt> soft = stable_below(geometry, stiffened(scene, 0.0), rough, work, descended);
-    if (!soft) return std::nullopt;
-    PathSettings settings;
-    settings.tolerance = rough.tolerance;
-    settings.largest_step = 0.3;
-    settings.locate = false;
-    const Path path =
-        follow(geometry, [&](double share) { return stiffened(scene, share); }, soft->shape, settings, work);
-    for (const PathPoint& point : path.points) iterations += point.report.iterations;
-    if (path.end != PathEnd::stop) return std::nullopt;
-    return path.points.back().shape;
-}
-
-/// Loads without a potential grown from nothing to all, through folds: the way where no descent leads, and for moments
-/// that wind a rod up so far that no straight start reaches it. `farthest` is the largest share that was carried.
-std::optional<Shape> grow_moments(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
-                                  solve::Work& work, int& iterations, double& farthest) {
-    SolveOptions rough = options;
-    rough.tolerance = std::max(options.tolerance, 1e-6);  // only the last step has to be exact
-    PathSettings settings;
-    settings.tolerance = rough.tolerance;
-    settings.first_step = 0.1, settings.largest_step = 1.0;
-    settings.locate = false;
-    const Scene bare = with_moments(scene, 0.0);
-    Solution found = solve(geometry, bare, rough, nullptr);
-    if (found.status != SolveStatus::converged) return std::nullopt;
-    iterations += found.iterations;
-    std::optional<Shape> rest = std::move(found.shape);
-    constexpr int valleys = 4;
-    for (int valley = 0; valley < valleys; ++valley) {
-        const Path path =
-            follow(geometry, [&](double share) { return with_moments(scene, share); }, *rest, settings, work);
-        for (const PathPoint& point : path.points) {
-            iterations += point.report.iterations;
-            farthest = std::max(farthest, point.parameter);
-        }
-        if (path.end == PathEnd::stop) return path.points.back().shape;
-        if (path.end != PathEnd::start) break;
-        // A fold sent the path back to the bare scene, to the ridge between this valley and another, from which the
-        // full loads may be reached: solutions of such scenes come and go in pairs, and one is left over.
-        Ridge ridge = Descent(geometry, bare, work).sides_of(path.points.back().shape);
-        std::optional<Attempt> beyond;
-        for (std::optional<Shape>* side : {&ridge.taken, &ridge.other}) {
-            if (*side) beyond = stable_below(geometry, bare, rough, work, **side);
-            if (beyond && distance(geometry, beyond->shape, *rest) > 0.01) break;
-            beyond.reset();
-        }
-        if (!beyond) break;  // both sides lead home: no other valley to start from
-        rest = std::move(beyond->shape);
-    }
-    return std::nullopt;
-}
 
 /// Real negative eigenvalues of a stiffness that is not symmetric: ways in which the limb diverges without oscillating.
 bool diverges(const Eigen::MatrixXd& stiffness) {
@@ -331,17 +172,20 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         const bool descent_lost = fine.status != SolveStatus::converged;
         if (solution.conservative || carried > 0.0 || (parts < 16 && !descent_lost)) continue;
         // No potential to descend and no luck near where the work led: the loads themselves are the way.
-        const std::optional<Shape> grown = grow_moments(geometry, scene, options, work, solution.iterations, carried);
+        SolveOptions rough = options;
+        rough.tolerance = std::max(options.tolerance, 1e-6);
+        const Solution unmoved = solve(geometry, with_moments(scene, 0.0), rough, nullptr);
+        solution.iterations += unmoved.iterations;
+        if (unmoved.status != SolveStatus::converged) continue;
+        const std::optional<Shape> grown =
+            grow_moments(geometry, scene, options, unmoved.shape, work, solution.iterations, carried);
         if (!grown) continue;
         Attempt full = refine(scene, options, work, equilibrium, *grown, solution.iterations);
         if (!full.converged()) continue;
         solution.plan.push_back("the descent did not lead there: loads without potential grown step by step");
         return accept(full, "converged along the growing loads");
     }
-    const bool softer = std::any_of(scene.rods.begin(), scene.rods.end(), [](const RodAtPressure& rod) {
-        return softened(rod).axial < rod.section.axial || softened(rod).shear < rod.section.shear;
-    });
-    if (!unstable && softer) {
+    if (!unstable) {
         if (const auto stiff = stiffen(geometry, scene, options, shape, work, solution.iterations)) {
             Attempt full = refine(scene, options, work, equilibrium, *stiff, solution.iterations);
             if (good_enough(full)) {

@@ -1,0 +1,33 @@
+#pragma once
+// One try at an equilibrium: a descent on a mesh, then exact Newton between the same nodes. The plan of a solve and its
+// detours are made of these. Source: cpp/MECHANICS.md, "Plan of a solve".
+#include <optional>
+
+#include "softlimb/limb/descent.hpp"
+#include "softlimb/limb/equilibrium.hpp"
+#include "softlimb/limb/solver.hpp"
+
+namespace softlimb::limb {
+
+struct Attempt {
+    Shape shape;
+    NewtonReport report;
+    bool converged() const { return report.status == solve::SolveStatus::converged; }
+    bool stable() const { return converged() && report.plate_modes + report.rod_modes == 0; }
+};
+
+/// Largest distance of two shapes' plates: translations relative to the limb, rotations in radians.
+double distance(const Geometry& geometry, const Shape& a, const Shape& b);
+
+/// Descends until the mesh is fine enough for its bends and the descent is done.
+DescentReport descend(const Geometry& geometry, const Scene& scene, solve::Work& work, Shape& shape, int& iterations);
+
+/// Exact Newton from a shape whose wrenches are set; refines the mesh until no piece is active enough to hide a mode.
+Attempt refine(const Scene& scene, const SolveOptions& options, solve::Work& work, Equilibrium& equilibrium,
+               Shape shape, int& iterations);
+
+/// The stable equilibrium to which a shape on a mesh slides down, if the exact rods have one there.
+std::optional<Attempt> stable_below(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
+                                    solve::Work& work, Shape shape);
+
+}  // namespace softlimb::limb

@@ -1,0 +1,73 @@
+#include "softlimb/limb/attempt.hpp"
+
+#include <algorithm>
+
+#include "softlimb/largest.hpp"
+#include "softlimb/limb/start.hpp"
+
+namespace softlimb::limb {
+
+using solve::SolveStatus;
+
+double distance(const Geometry& geometry, const Shape& a, const Shape& b) {
+    double largest = 0.0;
+    for (int j = 0; j < geometry.plates(); ++j) {
+        const Vector6 gap = rod::pose_gap(a.plates[j], b.plates[j]);
+        grow(largest, gap.head<3>().norm() / geometry.length);
+        grow(largest, gap.tail<3>().norm());
+    }
+    return largest;
+}
+
+DescentReport descend(const Geometry& geometry, const Scene& scene, solve::Work& work, Shape& shape, int& iterations) {
+    DescentReport report;
+    std::optional<Ridge> ridge;
+    for (int refinement = 0; refinement < 8; ++refinement) {
+        Descent descent(geometry, scene, work);
+        report = descent.run(shape, {});
+        iterations += report.iterations;
+        if (report.ridge && !ridge) ridge = std::move(report.ridge);
+        if (!report.needs_refinement || work.exhausted()) break;
+        // An element of so fine a mesh that still bends too far belongs to no posture that a descent will find.
+        constexpr int finest = 128;
+        if (shape.rods.front().elements() >= finest) break;
+        for (RodShape& rod : shape.rods) split_elements(rod, 2);
+    }
+    report.ridge = std::move(ridge);
+    return report;
+}
+
+Attempt refine(const Scene& scene, const SolveOptions& options, solve::Work& work, Equilibrium& equilibrium,
+               Shape shape, int& iterations) {
+    Attempt attempt;
+    NewtonSettings settings;
+    settings.tolerance = options.tolerance;
+    settings.max_iterations = options.max_iterations;
+    choose_mesh(scene, options.tolerance, shape);
+    attempt.shape = std::move(shape);
+    for (int round = 0; round < 4; ++round) {
+        attempt.report = equilibrium.solve(attempt.shape, settings, work);
+        iterations += attempt.report.iterations;
+        if (!attempt.converged() || largest_activity(scene, attempt.shape) < 3.0) break;
+        choose_mesh(scene, options.tolerance, attempt.shape);
+    }
+    return attempt;
+}
+
+std::optional<Attempt> stable_below(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
+                                    solve::Work& work, Shape shape) {
+    Equilibrium equilibrium(geometry, scene);
+    int ignored = 0;
+    for (const int parts : {4, 16}) {
+        for (RodShape& rod : shape.rods) split_elements(rod, std::max(1, parts / rod.elements()));
+        descend(geometry, scene, work, shape, ignored);
+        Shape warm = shape;
+        set_geodesic_wrenches(scene, warm, Stiffness::softened);
+        Attempt attempt = refine(scene, options, work, equilibrium, warm, ignored);
+        if (attempt.stable() && distance(geometry, attempt.shape, shape) < 3.0 / parts) return attempt;
+        if (work.exhausted()) break;
+    }
+    return std::nullopt;
+}
+
+}  // namespace softlimb::limb
