@@ -520,7 +520,7 @@ class Limb:
             Where the parameter starts and where the path ends. A path that meets a fold turns back and may end at
             ``start`` again, on another posture.
         posture : Posture, optional
-            Where to start, an equilibrium at ``start``. Default: `solve` there. Where that fails the path has no points.
+            Where to start, an equilibrium at ``start``. Default: `solve` there; where that fails the path is empty.
         tolerance : float
             Of every posture, as for `solve`.
         largest_step : float
