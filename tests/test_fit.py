@@ -458,3 +458,10 @@ def test_a_fit_without_law_cannot_be_drawn() -> None:
     fit: Fit = fit_uniaxial(STRETCH, -STRETCH, "neo-hooke")
     with pytest.raises(RuntimeError, match="gave no law"):
         draw_fit(fit)
+
+
+def test_points_that_no_law_can_follow_are_refused_with_the_name_of_their_file(tmp_path):
+    path = tmp_path / "pull.csv"
+    path.write_text("stretch,nominal_stress_MPa\n-1.2,0.1\n1.1,0.2\n1.2,0.3\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"^pull\.csv: stretch\[0\] must be positive"):
+        fit_csv(path)

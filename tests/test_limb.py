@@ -682,6 +682,12 @@ def falsified(found: sl.Posture, state: list[Any]) -> sl.Verification:
     return sl.Verification(*solved.verify(), found.tolerance)
 
 
+def test_a_rest_length_beyond_any_stretch_is_a_status_and_no_warning() -> None:
+    found = presets.reference_limb(["proximal"]).solve(rest_lengths=[0.2, 1e308, 0.2])
+    assert found.status == "limit_point"
+    assert "actuator 1 cannot reach" in found.message
+
+
 def test_verification_refuses_a_posture_of_other_loads(reference: sl.Limb) -> None:
     found = solved(reference, COMPLEX, gravity=HANGING)
     geometry, _, *rest = found._solved.__getstate__()
@@ -716,6 +722,11 @@ def test_verification_refuses_a_falsified_posture(reference: sl.Limb, what: str)
 
 
 # --- pickles and texts -------------------------------------------------------------------------------------------
+
+
+def test_rods_far_apart_are_verified_to_the_rounding_of_their_arms() -> None:
+    found = solved(sl.Limb([ring(3, radius=1e27, thickness=0.02, mass=0.1), ring(3)]), gravity=HANGING)
+    assert found.verify().moment_error < 1e-6
 
 
 def test_limbs_segments_plates_and_postures_pickle(reference: sl.Limb) -> None:
@@ -766,7 +777,7 @@ NOT_VECTORS: list[Any] = [
 ]  # fmt: skip
 NOT_POSES: list[Any] = [
     np.eye(3), np.zeros((4, 4)), np.full((4, 4), NAN), np.diag([1.0, 1.0, -1.0, 1.0]), 2.0 * np.eye(4), "x", 1.0,
-    np.diag([1.0, 1.0, 1.0, 2.0]), np.ones((4, 4), dtype=bool), np.eye(4) * 1j,
+    np.diag([1.0, 1.0, 1.0, 2.0]), np.ones((4, 4), dtype=bool), np.eye(4) * 1j, np.diag([1e308, 1.0, 1.0, 1.0]),
 ]  # fmt: skip
 BAD_SCENES: list[tuple[dict[str, Any], str]] = [
     *[({name: value}, name) for name in ("gravity", "tip_force", "tip_moment") for value in NOT_VECTORS],
@@ -786,7 +797,10 @@ BAD_SCENES: list[tuple[dict[str, Any], str]] = [
     *[({"tip_pose": value}, "tip_pose") for value in NOT_POSES],
     *[
         ({"tip_held": value}, "tip_held")
-        for value in ([True] * 5, [1, 1, 1, 0, 0, 0], True, "all", [None] * 6, [NAN] * 6, np.ones((1, 6), dtype=bool))
+        for value in (
+            [True] * 5, [[True], [True, False]], [1, 1, 1, 0, 0, 0], True, "all", [None] * 6, [NAN] * 6,
+            np.ones((1, 6), dtype=bool),
+        )
     ],
     *[({"plate_poses": value}, "plate_poses") for value in (np.eye(4), np.zeros((3, 4, 4)), "x", np.zeros((2, 4, 4)))],
     *[
@@ -859,6 +873,7 @@ BAD_PARTS: list[tuple[Callable[[], Any], str]] = [
     *[(lambda value=value: sl.Segment(rods=[ROD], ring_radius=0.0, plate=value), "plate") for value in (3.0, "x", {})],
     (lambda: sl.Limb([]), "at least one"),
     (lambda: sl.Limb([ROD]), "Segment"),  # type: ignore[list-item]
+    (lambda: sl.Limb(np.array(5.0)), "segments"),  # type: ignore[arg-type]
     (lambda: sl.Limb(5), "segments"),  # type: ignore[arg-type]
     (lambda: sl.Limb(None), "segments"),  # type: ignore[arg-type]
     (lambda: sl.Limb(sl.Segment(rods=[ROD], ring_radius=0.0)), "segments"),  # type: ignore[arg-type]

@@ -255,7 +255,7 @@ def test_a_limb_that_carries_all_that_was_asked_says_so() -> None:
         ({"gravity": (0, 0, 1), "arguments": lambda t: {"gravity": (0, 0, t)}}, TypeError, "gravity"),
         ({"start": np.nan}, ValueError, "start"),
         ({"stop": 0.0}, ValueError, "differ"),
-        ({"stop": "1"}, TypeError, "stop"),
+        ({"stop": "1"}, ValueError, "stop"),
         ({"largest_step": 0.0}, ValueError, "largest_step"),
         ({"max_points": 1}, ValueError, "max_points"),
         ({"max_points": 2.5}, ValueError, "max_points"),

@@ -227,3 +227,22 @@ def test_a_path_is_drawn_with_its_stable_and_unstable_parts_and_its_fold():
         plot.path(followed, "", coordinate="w")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="unit"):
         plot.path(followed, "", unit=0.0)
+
+
+def test_the_box_in_space_has_its_upright_edge_on_the_right(posture) -> None:
+    figure = plot.limb(posture)
+    space = figure.axes[0]
+    figure.canvas.draw()
+    pixels = np.asarray(figure.canvas.buffer_rgba())[::-1, :, :3].mean(axis=2)  # rows from below
+    corners = np.array(np.meshgrid(*(getattr(space, f"get_{name}lim")() for name in "xyz"))).reshape(3, -1).T
+    from mpl_toolkits.mplot3d import proj3d
+
+    flat = np.array([proj3d.proj_transform(*corner, space.get_proj())[:2] for corner in corners])
+    screen = space.transData.transform(flat)
+    column = round(float(screen[:, 0].max()))
+    rightmost = screen[screen[:, 0] > column - 1.0]
+    low, high = int(rightmost[:, 1].min()), int(rightmost[:, 1].max())
+    # A line half a point wide is a grey column of one or two pixels between the two corners; without it the page is
+    # white but for the ends of a dozen grid lines.
+    darkest = pixels[low + 2 : high - 2, column - 1 : column + 2].min(axis=1)
+    assert np.mean(darkest < 250.0) > 0.95

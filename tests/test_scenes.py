@@ -284,6 +284,7 @@ LAYER = "[[limb.tubes.a.layers]]\ninner_radius_mm = 9\nouter_radius_mm = 11\nmat
         (PRESET + "[scene]\npressures_kPa = 'a'", "`pressures_kPa` must be a number, got a string, 'a', in [scene]"),
         (PRESET + "[scene]\npressures_kPa = [true]", "must be a number, got a boolean"),
         (PRESET + "[scene]\npressures_kPa = [nan]", "must be finite, got nan"),
+        (PRESET + "[scene]\npressures_MPa = [1e308]", "`pressures_MPa` is too large"),
         (PRESET + "[scene]\npressures_kPa = [1, 2]", "has 2 numbers, expected 9"),
         (PRESET + "[scene]\npressures_kPa = [[1], [2]]", "has [1, 1] numbers a segment, expected [3, 3, 3]"),
         (PRESET + "[scene]\npressures_kPa = [1, [2]]", "one list of numbers a segment"),
@@ -407,3 +408,9 @@ def test_a_reloaded_scene_equals_the_original(tmp_path: Path) -> None:
         assert hash(again) == hash(scene)
         assert again.replaced(tip_force=np.array([9.0, 0.0, 0.0])) != scene
         assert again.replaced(pressures=np.ones(9)) != scene
+
+
+def test_factors_that_make_a_pressure_infinite_are_refused() -> None:
+    scene = scenes.load_scene("complex-posture").replaced(sweep_axes=(Axis((1.0, 1e308)),))
+    with pytest.raises(ValueError, match=r"factors of a sweep must leave pressures finite, got 1e\+308"):
+        scene.sweep_pressures()

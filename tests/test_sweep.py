@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
+from softlimb import presets
 from softlimb.sweep import bending_angle, rotation_vector, sweep
 
 
@@ -116,3 +117,15 @@ def test_rotation_vectors_come_back_from_their_matrix(direction: tuple[float, fl
 def test_pressures_that_are_no_real_numbers_are_refused_by_name(pressures) -> None:
     with pytest.raises(ValueError, match="pressures must be"):
         sweep(Pillar(), pressures, progress=False)
+
+
+@pytest.mark.parametrize("rows", [[[True] + [0.0] * 8], [[0.0] * 8 + ["1"]], [[None] * 9], [[0.0] * 8 + [1j]]])
+def test_a_lone_truth_value_among_pressures_is_refused_by_name(rows):
+    with pytest.raises(ValueError, match="pressures"):
+        presets.reference_limb().sweep(rows, progress=False)
+
+
+@pytest.mark.parametrize("progress", [None, 2, np.zeros(3), "yes"])
+def test_progress_is_true_or_false(progress):
+    with pytest.raises(ValueError, match="progress must be True or False"):
+        presets.reference_limb().sweep(np.zeros((1, 9)), progress=progress)

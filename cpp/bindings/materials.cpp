@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bindings.hpp"
+#include "given.hpp"
 #include "softlimb/dual.hpp"
 #include "softlimb/materials/laws.hpp"
 #include "softlimb/materials/response.hpp"
@@ -130,10 +131,13 @@ using IncomingAt = Incoming<std::remove_cvref_t<decltype(std::declval<L>().*(par
 
 template <MaterialLaw L, std::size_t... I>
 void define_constructor(py::class_<L>& type, std::index_sequence<I...>) {
-    type.def(py::init([](const IncomingAt<L, I>&... values, double density, double max_strain) {
+    type.def(py::init([](const Given<IncomingAt<L, I>>&... values, const Given<double>& density,
+                         const Given<double>& max_strain) {
                  L law;
-                 ((law.*(parameter<L, I>().member) = incoming(parameter<L, I>().name, values)), ...);
-                 law.density = density, law.max_strain = max_strain;
+                 ((law.*(parameter<L, I>().member) =
+                       incoming(parameter<L, I>().name, taken(parameter<L, I>().name.data(), values))),
+                  ...);
+                 law.density = taken("density", density), law.max_strain = taken("max_strain", max_strain);
                  check(law);
                  return law;
              }),
@@ -153,7 +157,8 @@ void define_over_stretch(py::class_<L>& type, const char* name, const std::strin
         py::arg("stretch").noconvert(), doc.c_str());
     type.def(
         name,
-        [function](const L& law, const py::array_t<double, py::array::c_style | py::array::forcecast>& stretch) {
+        [function](const L& law, const Given<py::array_t<double, py::array::c_style | py::array::forcecast>>& given) {
+            const auto stretch = taken("stretch", given);
             py::array_t<double> out(std::vector<py::ssize_t>(stretch.shape(), stretch.shape() + stretch.ndim()));
             const double* from = stretch.data();
             double* to = out.mutable_data();
@@ -202,21 +207,24 @@ void require_state(double a, double t) {
 }
 
 template <MaterialLaw L>
-Six energy_derivatives(const L& law, double a, double t) {
+Six energy_derivatives(const L& law, const Given<double>& given_a, const Given<double>& given_t) {
+    const double a = taken("a", given_a), t = taken("t", given_t);
     require_state(a, t);
     const auto e = law.derivatives(a, t);
     return {e.w, e.w_a, e.w_t, e.w_aa, e.w_at, e.w_tt};
 }
 
 template <MaterialLaw L>
-Four third_derivatives(const L& law, double a, double t) {
+Four third_derivatives(const L& law, const Given<double>& given_a, const Given<double>& given_t) {
+    const double a = taken("a", given_a), t = taken("t", given_t);
     require_state(a, t);
     const auto e = law.derivatives(Dual<2>::variable(a, 0), Dual<2>::variable(t, 1));
     return {e.w_aa.slope[0], e.w_aa.slope[1], e.w_tt.slope[0], e.w_tt.slope[1]};
 }
 
 template <MaterialLaw L>
-DruckerCheck drucker_over(const L& law, std::optional<double> max_strain) {
+DruckerCheck drucker_over(const L& law, const std::optional<Given<double>>& given) {
+    const std::optional<double> max_strain = taken("max_strain", given);
     const double range = max_strain.value_or(law.max_strain);
     if (!max_strain && range == 0.0)
         throw std::invalid_argument("max_strain must be given: this law does not know the range of its fit");

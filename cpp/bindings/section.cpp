@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bindings.hpp"
+#include "given.hpp"
 
 namespace py = pybind11;
 
@@ -69,9 +70,15 @@ Raises
 ------
 ValueError
     A value is not finite, a stiffness is not positive, a mass is negative, or the coupling is too strong.)")
-        .def(py::init(&Section::make), py::kw_only(), py::arg("axial"), py::arg("shear"), py::arg("bending"),
-             py::arg("torsion"), py::arg("mass_per_length") = 0.0, py::arg("rest_twist") = 0.0,
-             py::arg("extension_twist") = 0.0)
+        .def(py::init([](const Given<double>& axial, const Given<double>& shear, const Given<double>& bending,
+                         const Given<double>& torsion, const Given<double>& mass_per_length,
+                         const Given<double>& rest_twist, const Given<double>& extension_twist) {
+                 return Section::make(taken("axial", axial), taken("shear", shear), taken("bending", bending),
+                                      taken("torsion", torsion), taken("mass_per_length", mass_per_length),
+                                      taken("rest_twist", rest_twist), taken("extension_twist", extension_twist));
+             }),
+             py::kw_only(), py::arg("axial"), py::arg("shear"), py::arg("bending"), py::arg("torsion"),
+             py::arg("mass_per_length") = 0.0, py::arg("rest_twist") = 0.0, py::arg("extension_twist") = 0.0)
         .def_readonly("axial", &Section::axial, "EA [N]")
         .def_readonly("shear", &Section::shear, "GA [N]")
         .def_readonly("bending", &Section::bending, "EI [N m^2]")

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bindings.hpp"
+#include "given.hpp"
 #include "softlimb/actuator/thread.hpp"
 #include "softlimb/arguments.hpp"
 
@@ -124,8 +125,15 @@ std::string text_of(const Layer& layer) {
     return text.str();
 }
 
-Fibres fibres_of(double angle, std::optional<double> stiffness, std::optional<double> modulus,
-                 std::optional<double> fraction) {
+using Number = Given<double>;
+using OptionalNumber = std::optional<Given<double>>;
+
+Fibres fibres_of(const Number& given_angle, const OptionalNumber& given_stiffness, const OptionalNumber& given_modulus,
+                 const OptionalNumber& given_fraction) {
+    const double angle = taken("fibre angle", given_angle);
+    const std::optional<double> stiffness = taken("fibre stiffness", given_stiffness);
+    const std::optional<double> modulus = taken("fibre modulus", given_modulus);
+    const std::optional<double> fraction = taken("fibre fraction", given_fraction);
     if (stiffness && (modulus || fraction))
         throw std::invalid_argument("fibres take either stiffness, or modulus and fraction, not both");
     if (stiffness) return Fibres::with_stiffness(angle, *stiffness);
@@ -164,10 +172,12 @@ ValueError
              py::arg("modulus") = py::none(), py::arg("fraction") = py::none())
         .def_static(
             "pair",
-            [](double angle, std::optional<double> stiffness, std::optional<double> modulus,
-               std::optional<double> fraction) {
-                return Families{fibres_of(angle, stiffness, modulus, fraction),
-                                fibres_of(-angle, stiffness, modulus, fraction)};
+            [](const Number& angle, const OptionalNumber& stiffness, const OptionalNumber& modulus,
+               const OptionalNumber& fraction) {
+                const Fibres family = fibres_of(angle, stiffness, modulus, fraction);
+                Fibres mirrored = family;
+                mirrored.angle = -family.angle;
+                return Families{family, mirrored};
             },
             py::kw_only(), py::arg("angle"), py::arg("stiffness") = py::none(), py::arg("modulus") = py::none(),
             py::arg("fraction") = py::none(),
@@ -200,10 +210,14 @@ Raises
 ------
 ValueError
     Radii that are not positive or out of order, or fractions that leave no silicone.)")
-        .def(py::init([](double inner, double outer, const materials::AnyLaw& law,
-                         const std::variant<Families, Fibres>& fibres) {
-                 const Fibres* one = std::get_if<Fibres>(&fibres);
-                 return Layer::make(inner, outer, law, one ? Families{*one} : std::get<Families>(fibres));
+        .def(py::init([](const Number& inner, const Number& outer, const Given<materials::AnyLaw>& law,
+                         const Given<std::variant<Families, Fibres>>& fibres) {
+                 const auto families = taken("fibres of a layer", fibres, "Fibres or a sequence of Fibres");
+                 const Fibres* one = std::get_if<Fibres>(&families);
+                 return Layer::make(taken("inner radius of a layer", inner),
+                                    taken("outer radius of a layer", outer),
+                                    taken("law of a layer", law, "a material law such as Yeoh"),
+                                    one ? Families{*one} : std::get<Families>(families));
              }),
              py::arg("inner"), py::arg("outer"), py::arg("law"), py::arg("fibres") = Families{})
         .def_readonly("inner", &Layer::inner, "Undeformed inner radius [m].")
@@ -261,6 +275,7 @@ void bind_states(py::module_& m) {
             },
             [](const py::bytes& data) {
                 const std::string_view bytes(data);
+                if (bytes.size() % sizeof(TubeState) != 0) throw std::invalid_argument("not the states of a tube");
                 TubeStates all;
                 all.states.resize(bytes.size() / sizeof(TubeState));
                 std::memcpy(static_cast<void*>(all.states.data()), bytes.data(), bytes.size());

@@ -97,6 +97,62 @@ def one_finite(name: str, value: Any) -> float:
     return number
 
 
+def one_positive(name: str, value: Any) -> float:
+    """As `one_real`, finite and positive."""
+    number = one_real(name, value)
+    if not (np.isfinite(number) and number > 0.0):
+        raise ValueError(f"{name} must be finite and positive, got {number}")
+    return number
+
+
+def one_not_negative(name: str, value: Any) -> float:
+    """As `one_real`, finite and not negative."""
+    number = one_real(name, value)
+    if not (np.isfinite(number) and number >= 0.0):
+        raise ValueError(f"{name} must be finite and not negative, got {number}")
+    return number
+
+
+def finite_of_shape(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """A copy as finite floats of exactly this shape; errors as for `real_array`."""
+    try:
+        array = real_array(name, value)
+    except ValueError:
+        raise ValueError(f"{name} must be numbers of shape {shape}, got {shown(value)}") from None
+    if array.shape != shape:
+        raise ValueError(f"{name} has shape {array.shape}: expected {shape}")
+    return finite_array(name, array)
+
+
+def joined(name: str, value: Any) -> Array:
+    """Flat or regular numbers as an array; a list of arrays of different lengths one after the other."""
+    try:
+        return real_array(name, value)
+    except ValueError:
+        pass
+    try:
+        return np.concatenate([real_array(name, part) for part in value])
+    except (TypeError, ValueError):
+        rule = "numbers: flat, (segments, n), or one array a segment"
+        raise ValueError(f"{name} must be {rule}, got {shown(value)}") from None
+
+
+def real_list(name: str, value: Any) -> list[float]:
+    """Real numbers in a row as a list; errors as for `real_array`."""
+    array = real_array(name, value)
+    if array.ndim != 1:
+        raise ValueError(f"{name} must be a list of numbers, got shape {array.shape}")
+    return [float(number) for number in array]
+
+
+def is_rotation(matrix: Array) -> bool:
+    """Is a 3x3 matrix orthogonal, without reflection? To 1e-5: typed by hand or read from a file it has six digits."""
+    if not (np.abs(matrix) < 1.1).all():  # before products of its entries overflow
+        return False
+    orthogonal = np.allclose(matrix @ matrix.T, np.eye(3), rtol=0.0, atol=1e-5)
+    return bool(orthogonal and np.linalg.det(matrix) > 0.0)
+
+
 def one_of(name: str, value: object, choices: tuple[str, ...]) -> None:
     """ValueError unless the value is one of the texts."""
     if not isinstance(value, str) or value not in choices:
@@ -110,3 +166,14 @@ def truth(name: str, value: object) -> bool:
     if not isinstance(value, bool | np.bool_):
         raise ValueError(f"{name} must be True or False, got {shown(value)}")
     return bool(value)
+
+
+def truths(name: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """A copy as booleans of exactly this shape; ValueError for anything but True and False."""
+    try:
+        given = np.array(value)
+    except ValueError:  # lists of different lengths
+        given = np.empty(0)
+    if given.shape != shape or given.dtype != np.bool_:
+        raise ValueError(f"{name} must be True or False in shape {shape}, got {shown(value)}")
+    return given

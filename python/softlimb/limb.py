@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -11,9 +11,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from softlimb import _core
 from softlimb._core import Section
+from softlimb.arguments import (
+    finite_of_shape,
+    is_rotation,
+    joined,
+    one_finite,
+    one_not_negative,
+    one_of,
+    one_positive,
+    one_real,
+    shown,
+    truth,
+    truths,
+)
 from softlimb.path import Path
 from softlimb.posture import Posture, RodPosture, Verification
-from softlimb.tube import SectionModel, Tube, Valve
+from softlimb.tube import SECTION_MODELS, VALVES, SectionModel, Tube, Valve
 
 if TYPE_CHECKING:
     import pathlib
@@ -27,32 +40,8 @@ Array = NDArray[np.float64]
 Frame = Literal["base", "plate"]
 
 
-def _real(value: ArrayLike) -> Array:
-    """A copy as floats; TypeError or ValueError for anything but real numbers, truth values and texts included."""
-    given = np.asarray(value)
-    if given.dtype.kind not in "iufO":
-        raise TypeError(f"not real numbers: {given.dtype}")
-    return np.array(given, dtype=float)
-
-
-def _vector(name: str, value: ArrayLike, size: int = 3) -> Array:
-    return _array(name, value, (size,))
-
-
-def _array(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
-    try:
-        array = _real(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} must be numbers of shape {shape}, got {value!r}") from None
-    if array.shape != shape:
-        raise ValueError(f"{name} has shape {array.shape}: expected {shape}")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} must be finite, got {array.tolist()}")
-    return array
-
-
 def _frames(name: str, value: ArrayLike, count: int) -> Array:
-    frames = _array(name, value, (count, 4, 4))
+    frames = finite_of_shape(name, value, (count, 4, 4))
     for number, frame in enumerate(frames):
         _require_pose(f"{name}[{number}]", frame)
     frames.setflags(write=False)
@@ -61,29 +50,10 @@ def _frames(name: str, value: ArrayLike, count: int) -> Array:
 
 def _require_pose(name: str, pose: Array) -> None:
     rotation = pose[:3, :3]
-    # Frames typed by hand or read from a file carry six digits or more.
-    orthogonal = np.allclose(rotation @ rotation.T, np.eye(3), rtol=0.0, atol=1e-5) and np.linalg.det(rotation) > 0.0
-    if not orthogonal:
+    if not is_rotation(rotation):
         raise ValueError(f"the upper left 3x3 block of {name} must be a rotation matrix, got {rotation.tolist()}")
     if not np.array_equal(pose[3], [0.0, 0.0, 0.0, 1.0]):
         raise ValueError(f"the last row of {name} must be (0, 0, 0, 1), got {pose[3].tolist()}")
-
-
-def _scalar(name: str, value: float) -> float:
-    try:
-        number = _real(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be a number, got {value!r}") from None
-    if number.ndim != 0:
-        raise TypeError(f"{name} must be one number, got shape {number.shape}")
-    return float(number)
-
-
-def _number(name: str, value: float, *, positive: bool) -> float:
-    number = _scalar(name, value)
-    if not np.isfinite(number) or number < 0.0 or (positive and number == 0.0):
-        raise ValueError(f"{name} must be finite and {'positive' if positive else 'not negative'}, got {number!r}")
-    return number
 
 
 @dataclass(frozen=True)
@@ -107,8 +77,8 @@ class Plate:
     mass: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "thickness", _number("plate thickness", self.thickness, positive=False))
-        object.__setattr__(self, "mass", _number("plate mass", self.mass, positive=False))
+        object.__setattr__(self, "thickness", one_not_negative("plate thickness", self.thickness))
+        object.__setattr__(self, "mass", one_not_negative("plate mass", self.mass))
 
 
 @dataclass(frozen=True)
@@ -142,9 +112,9 @@ class Rod:
     def __post_init__(self) -> None:
         if not isinstance(self.section, Section):
             raise TypeError(f"section must be a Section, got {type(self.section).__name__}")
-        object.__setattr__(self, "length", _number("rod length", self.length, positive=True))
+        object.__setattr__(self, "length", one_positive("rod length", self.length))
         if self.radius is not None:
-            object.__setattr__(self, "radius", _number("rod radius", self.radius, positive=True))
+            object.__setattr__(self, "radius", one_positive("rod radius", self.radius))
 
     def cantilever(
         self,
@@ -192,8 +162,8 @@ class Rod:
         posture = limb.solve(
             tip_force=tip_force,
             tip_moment=tip_moment,
-            rod_forces=_vector("distributed_force", distributed_force)[None],
-            rod_moments=_vector("distributed_moment", distributed_moment)[None],
+            rod_forces=finite_of_shape("distributed_force", distributed_force, (3,))[None],
+            rod_moments=finite_of_shape("distributed_moment", distributed_moment, (3,))[None],
             gravity=gravity,
             tolerance=tolerance,
             start=start.posture if isinstance(start, RodPosture) else start,
@@ -241,9 +211,9 @@ class Segment:
         members: tuple[Tube | Rod, ...] = _tuple(name, given)
         for member in members:
             if not isinstance(member, kind):
-                raise TypeError(f"a segment's members must each be a {kind.__name__}, got {type(member).__name__}")
+                raise TypeError(f"{name} of a segment must each be a {kind.__name__}, got {type(member).__name__}")
         if not members:
-            raise ValueError("a segment needs at least one actuator or rod, got none")
+            raise ValueError(f"{name} of a segment must be at least one {kind.__name__}, got none")
         self.members = members
         if not isinstance(plate, (Plate, type(None))):
             raise TypeError(f"plate must be a Plate, got {type(plate).__name__}")
@@ -252,7 +222,7 @@ class Segment:
         if ring_radius is not None:
             if base_frames is not None or end_frames is not None:
                 raise ValueError("a segment is placed either by ring_radius or by base_frames and end_frames, got both")
-            self.ring_radius = _number("ring_radius", ring_radius, positive=False)
+            self.ring_radius = one_not_negative("ring_radius", ring_radius)
             self.base_frames = self.end_frames = _ring(len(members), self.ring_radius)
         else:
             if base_frames is None or end_frames is None:
@@ -351,10 +321,10 @@ class Limb:
     def __init__(self, segments: Sequence[Segment]) -> None:
         self.segments: tuple[Segment, ...] = _tuple("segments", segments)
         if not self.segments:
-            raise ValueError("a limb needs at least one segment, got none")
+            raise ValueError("segments of a limb must be at least one Segment, got none")
         for segment in self.segments:
             if not isinstance(segment, Segment):
-                raise TypeError(f"a limb is made of Segments, got {type(segment).__name__}")
+                raise TypeError(f"segments of a limb must each be a Segment, got {type(segment).__name__}")
         self._members = tuple(member for segment in self.segments for member in segment.members)
         self._tubes = tuple(member for member in self._members if isinstance(member, Tube))
         self._counts = tuple(len(segment.actuators) for segment in self.segments)
@@ -461,8 +431,7 @@ class Limb:
         -----
         Balance of the plates: Zhang et al. eq. 7-10 with the lever arms of MECHANICS, "Limb".
         """
-        if not isinstance(prefer_stable, (bool, np.bool_)):
-            raise TypeError(f"prefer_stable must be True or False, got {prefer_stable!r}")
+        prefer_stable = truth("prefer_stable", prefer_stable)
         tolerance = _tolerance(tolerance)
         first, first_plates = self._start(start)
         scene = self._scene(
@@ -488,7 +457,7 @@ class Limb:
             solved = self._geometry.solve(
                 scene.core,
                 tolerance=tolerance,
-                prefer_stable=bool(prefer_stable),
+                prefer_stable=prefer_stable,
                 start=first,
                 start_plates=first_plates,
             )
@@ -551,13 +520,13 @@ class Limb:
         """
         if not callable(arguments):
             raise TypeError(f"arguments must be a callable of the parameter, got {type(arguments).__name__}")
-        first_value, last_value = _finite("start", start), _finite("stop", stop)
+        first_value, last_value = one_finite("start", start), one_finite("stop", stop)
         if first_value == last_value:
             raise ValueError(f"start and stop must differ, got {start!r} twice")
         tolerance = _tolerance(tolerance)
-        step = _number("largest_step", largest_step, positive=True)
+        step = one_positive("largest_step", largest_step)
         if not isinstance(max_points, (int, np.integer)) or isinstance(max_points, bool) or max_points < 2:
-            raise ValueError(f"max_points must be a whole number of at least 2, got {max_points!r}")
+            raise ValueError(f"max_points must be a whole number of at least 2, got {shown(max_points)}")
         if posture is not None and not isinstance(posture, Posture):
             raise TypeError(f"posture must be a Posture, got {type(posture).__name__}")
 
@@ -600,7 +569,7 @@ class Limb:
             tolerance=tolerance,
             largest_step=step,
             max_points=int(max_points),
-            through_events=bool(through_events),
+            through_events=truth("through_events", through_events),
         )
         return Path(
             followed,
@@ -694,16 +663,17 @@ class Limb:
         valve: Valve = "open",
     ) -> _Scene:
         """The arguments of `solve`, checked, as the core wants them."""
+        one_of("frame", frame, ("base", "plate"))
         given, sections, lengths, refusal = self._rods_at(pressures, rest_lengths, section, valve)
         plates, rods = len(self.segments), len(self._members)
         loads: dict[str, Any] = {
-            "gravity": _vector("gravity", gravity),
-            "tip_force": _vector("tip_force", tip_force),
-            "tip_moment": _vector("tip_moment", tip_moment),
+            "gravity": finite_of_shape("gravity", gravity, (3,)),
+            "tip_force": finite_of_shape("tip_force", tip_force, (3,)),
+            "tip_moment": finite_of_shape("tip_moment", tip_moment, (3,)),
             "plate_wrenches": np.zeros((plates, 6))
             if plate_wrenches is None
-            else _array("plate_wrenches", plate_wrenches, (plates, 6)),
-            "frame": _choice("frame", frame, ("base", "plate")),
+            else finite_of_shape("plate_wrenches", plate_wrenches, (plates, 6)),
+            "frame": frame,
             "rod_forces": self._per_rod("rod_forces", rod_forces),
             "rod_moments": self._per_rod("rod_moments", rod_moments),
         }
@@ -742,8 +712,8 @@ class Limb:
         valve: Valve,
     ) -> tuple[Array | None, list[Section], Array, tuple[str, str] | None]:
         """Pressures, sections and rest lengths of all rods, and the reason if a tube has no state there."""
-        _choice("section", model, ("tangent", "nonlinear", "paper"))
-        _choice("valve", valve, ("open", "locked"))
+        one_of("section", model, SECTION_MODELS)
+        one_of("valve", valve, VALVES)
         if pressures is not None and rest_lengths is not None:
             raise ValueError("give either pressures or rest_lengths, got both")
         lengths = np.array([member.length for member in self._members])
@@ -762,7 +732,8 @@ class Limb:
                 if isinstance(tube, Tube)
             ]
             for number, (tube, length) in enumerate(driven):
-                given[number] = tube.pressure_for(length / tube.length)
+                stretch = float(length) / tube.length
+                given[number] = tube.pressure_for(stretch) if np.isfinite(stretch) else np.nan
                 if not np.isfinite(given[number]):
                     refusal = ("limit_point", f"actuator {number} cannot reach a rest length of {length:.6g} m")
                     given[number] = 0.0
@@ -799,7 +770,7 @@ class Limb:
         rods = len(self._members)
         if value is None:
             return np.zeros((rods, 3))
-        rows = _ragged(name, value)
+        rows = joined(name, value)
         if rows.size != 3 * rods or rows.shape[-1:] not in ((3,), (3 * rods,)):
             raise ValueError(f"{name} must hold 3 numbers for each of {rods} rods, got {rows.size} numbers")
         if not np.isfinite(rows).all():
@@ -838,18 +809,13 @@ class Limb:
             poses = _frames("plate_poses", plate_poses, plates).copy()
             held[:] = True
         if plate_held is not None:
-            held = np.array(plate_held)
-            if held.shape != (plates, 6) or held.dtype != np.bool_:
-                raise ValueError(f"plate_held must be booleans of shape ({plates}, 6), got {plate_held!r}")
+            held = truths("plate_held", plate_held, (plates, 6))
         if tip_pose is not None:
-            pose = _array("tip_pose", tip_pose, (4, 4))
+            pose = finite_of_shape("tip_pose", tip_pose, (4, 4))
             _require_pose("tip_pose", pose)
             poses[-1], held[-1] = pose, True
         if tip_held is not None:
-            freedoms = np.array(tip_held)
-            if freedoms.shape != (6,) or freedoms.dtype != np.bool_:
-                raise ValueError(f"tip_held must be 6 booleans (3 translations, 3 rotations), got {tip_held!r}")
-            held[-1] = freedoms
+            held[-1] = truths("tip_held", tip_held, (6,))  # three translations, three rotations
         return held, poses
 
     def _unheld_plates(self, start: _core.Posture | None, start_plates: Array | None) -> Array:
@@ -894,48 +860,23 @@ class Limb:
 
 
 def _tuple(name: str, value: Any) -> tuple[Any, ...]:
-    if not isinstance(value, Iterable):
-        raise TypeError(f"{name} must be a sequence, got {type(value).__name__}")
-    return tuple(value)
+    try:
+        return tuple(value)
+    except TypeError:  # among what can be iterated are arrays without axes, which cannot
+        raise TypeError(f"{name} must be a sequence, got {type(value).__name__}") from None
 
 
 def _tolerance(value: float) -> float:
-    tolerance = _scalar("tolerance", value)
+    tolerance = one_real("tolerance", value)
     if not 1e-12 <= tolerance <= 0.1:
         raise ValueError(f"tolerance must be within 1e-12 and 0.1 of the limb's length, got {tolerance!r}")
     return tolerance
 
 
-def _finite(name: str, value: float) -> float:
-    number = _scalar(name, value)
-    if not np.isfinite(number):
-        raise ValueError(f"{name} must be finite, got {number!r}")
-    return number
-
-
-def _choice(name: str, value: str, choices: tuple[str, ...]) -> str:
-    if not isinstance(value, str) or value not in choices:
-        raise ValueError(f"{name} must be one of {', '.join(map(repr, choices))}, got {value!r}")
-    return value
-
-
-def _ragged(name: str, value: Any) -> Array:
-    """Flat or regular numbers as an array; a list of arrays of different lengths one after the other."""
-    try:
-        return _real(value)
-    except (TypeError, ValueError):
-        pass
-    try:
-        return np.concatenate([_real(part) for part in value])
-    except (TypeError, ValueError):
-        rule = "numbers: flat, (segments, n), or one array a segment"
-        raise ValueError(f"{name} must be {rule}, got {value!r}") from None
-
-
 def _flat(name: str, value: Any, counts: tuple[int, ...], what: str) -> Array:
     total = sum(counts)
     equal = len(set(counts)) == 1
-    array = _ragged(name, value)
+    array = joined(name, value)
     shape = array.shape
     nested = not isinstance(value, np.ndarray) and array.size > 0 and array.ndim == 1 and np.ndim(value[0]) == 1
     if nested:

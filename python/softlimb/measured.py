@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 
 Array: TypeAlias = NDArray[np.float64]
 
+_LARGEST = 1e100  # of any number in any unit: distances are squared, and sums of squares must stay finite
+
 KINDS: dict[str, Dimension] = {"elongation": LENGTH, "bending": ANGLE}
 """What a curve can hold, and its dimension."""
 
@@ -473,7 +475,12 @@ class _CsvTable:
         if len(kept) == 1:
             raise ValueError(f"{path} has a line of column names but no rows of numbers")
         delimiter = max(",;\t", key=kept[0][1].count)
-        rows = list(csv.reader((line for _, line in kept), delimiter=delimiter))
+        try:
+            rows = list(csv.reader((line for _, line in kept), delimiter=delimiter))
+        except csv.Error as error:
+            raise ValueError(f"{path} is not a table: {error}") from None
+        if len(rows) != len(kept):
+            raise ValueError(f"{path}: a quotation mark opens and does not close in the same line")
         renamed = {theirs: ours for ours, theirs in columns.items()}
         for theirs in renamed:
             if theirs not in [name.strip() for name in rows[0]]:
@@ -507,12 +514,7 @@ class _CsvTable:
         for line, row in self.rows:
             cells = [row[index].strip() if index < len(row) else "" for index, _ in found]
             if all(cells):
-                kept.append(
-                    [
-                        self._number(cell, line, index) * factor
-                        for cell, (index, factor) in zip(cells, found, strict=True)
-                    ]
-                )
+                kept.append([self._number(cell, line, i) * f for cell, (i, f) in zip(cells, found, strict=True)])
         if not kept:
             names = ", ".join(f"`{self.header[index]}`" for index, _ in found)
             raise ValueError(f"{self.path}: no row has numbers in all of {names}")
@@ -553,4 +555,6 @@ class _CsvTable:
             raise ValueError(
                 f"{self.path}, line {line}: column `{self.header[index]}` holds {cell!r}, not a finite number"
             )
+        if abs(number) > _LARGEST:
+            raise ValueError(f"{self.path}, line {line}: column `{self.header[index]}` holds {cell!r}: too large")
         return number

@@ -9,7 +9,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softlimb.limb import Limb, _number, _vector
+from softlimb.arguments import finite_of_shape, one_positive
+from softlimb.limb import Limb
 from softlimb.path import Path
 from softlimb.posture import Posture
 
@@ -77,7 +78,7 @@ def payload(
     RuntimeError
         The limb has no stable posture without the force.
     """
-    along = _vector("direction", direction)
+    along = finite_of_shape("direction", direction, (3,))
     length = float(np.linalg.norm(along))
     if length == 0.0:
         raise ValueError("direction must not be zero, got (0, 0, 0)")
@@ -86,16 +87,16 @@ def payload(
         raise ValueError("give either max_pressure (the tip stays) or max_deflection (the tip moves), got both")
     if "start" in scene or "prefer_stable" in scene:
         raise TypeError("start and prefer_stable do not apply: a payload starts from the stable unloaded posture")
-    base = _vector("tip_force", scene.pop("tip_force", (0.0, 0.0, 0.0)))
+    base = finite_of_shape("tip_force", scene.pop("tip_force", (0.0, 0.0, 0.0)), (3,))
     unloaded = limb.solve(**scene, tip_force=base, tolerance=tolerance)
     if not unloaded.success or not unloaded.stable:
         raise RuntimeError(f"the limb has no stable posture without the force: {unloaded.message}")
-    largest = _number("max_force", _default_force(unloaded) if max_force is None else max_force, positive=True)
+    largest = one_positive("max_force", _default_force(unloaded) if max_force is None else max_force)
     if max_pressure is not None:
-        limit = _number("max_pressure", max_pressure, positive=True)
+        limit = one_positive("max_pressure", max_pressure)
         return _with_tip_in_place(limb, unloaded, base, along, largest, limit, tolerance, scene)
 
-    allowed = None if max_deflection is None else _number("max_deflection", max_deflection, positive=True)
+    allowed = None if max_deflection is None else one_positive("max_deflection", max_deflection)
 
     def loads(force: float) -> dict[str, Any]:
         return {"tip_force": base + force * along}

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from softlimb import _core
 from softlimb._core import Section
+from softlimb.arguments import shown
 from softlimb.tube import SectionModel, Tube, Valve
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ __all__ = ["Posture", "RodPosture", "Verification"]
 
 Array = NDArray[np.float64]
 
+_MOST_POINTS = 10_000_000  # a gigabyte of poses
 _CURVE_POINTS = 101  # of the arrays along a rod; curves ask for as many as they want
 
 
@@ -189,8 +191,8 @@ class RodPosture:
 
 
 def _points(n: int) -> int:
-    if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or n < 2:
-        raise ValueError(f"a curve needs a whole number of points, at least 2, got {n!r}")
+    if not isinstance(n, (int, np.integer)) or isinstance(n, bool) or not 2 <= n <= _MOST_POINTS:
+        raise ValueError(f"a curve needs a whole number of points n, from 2 to {_MOST_POINTS}, got {shown(n)}")
     return int(n)
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from softlimb.arguments import real_array, truth
 from softlimb.units import deg, kPa, mm
 
 if TYPE_CHECKING:
@@ -203,7 +204,7 @@ def sweep(limb: Limb, pressures: ArrayLike, *, progress: bool = True, **scene: A
     ValueError
         Pressures of a wrong shape, not finite or not real numbers, or loads that `Limb.solve` refuses.
     """
-    rows = _real_rows(pressures)
+    rows, shows = real_array("pressures", pressures), truth("progress", progress)
     actuators = len(_actuator_names(limb))
     counts = {len(segment.actuators) for segment in limb.segments}
     if rows.ndim == 3 and len(counts) == 1 and rows.shape[1:] == (len(limb.segments), *counts):
@@ -232,7 +233,7 @@ def sweep(limb: Limb, pressures: ArrayLike, *, progress: bool = True, **scene: A
     )
     refused: ValueError | None = None
     try:
-        for row in _with_progress(range(count), progress):
+        for row in _with_progress(range(count), shows):
             try:
                 _solve_row(batch, row)
             except ValueError as error:
@@ -244,17 +245,6 @@ def sweep(limb: Limb, pressures: ArrayLike, *, progress: bool = True, **scene: A
     if refused is not None and all(status == INVALID for status in batch.status):
         raise refused
     return batch
-
-
-def _real_rows(pressures: ArrayLike) -> NDArray[np.float64]:
-    """A copy as floats of what are real numbers: no truth values, texts or complex numbers, as in `Limb.solve`."""
-    try:
-        given = np.asarray(pressures)
-        if given.dtype.kind not in "iufO":
-            raise TypeError(f"they are of type {given.dtype}")
-        return np.array(given, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"pressures must be real numbers of shape (N, actuators): {error}") from None
 
 
 def _solve_row(batch: Batch, row: int) -> None:

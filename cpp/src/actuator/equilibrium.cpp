@@ -241,6 +241,7 @@ void Path::add_turning_point(const Wall& wall, Freedom free, const PathPoint& ne
 }
 
 Shape<double> Path::guess(double pressure) const {
+    if (points_.size() == 1) return points_.front().shape;  // a law that ends at once: rest is all there is
     const auto above = std::lower_bound(points_.begin() + 1, points_.end() - 1, pressure,
                                         [](const PathPoint& p, double value) { return p.pressure < value; });
     const PathPoint &b = *above, &a = *(above - 1);

@@ -79,10 +79,15 @@ Clearance clearance(const Posture& posture, const std::vector<double>& radii, in
     for (int k = 0; k < points; ++k) fractions[k] = static_cast<double>(k) / (points - 1);
     std::vector<std::vector<RodPoint>> curves;
     std::vector<int> segment_of;
+    std::vector<double> longest;  // piece of each curve
     for (int j = 0; j < geometry.plates(); ++j)
         for (std::size_t k = 0; k < geometry.segments[j].rods.size(); ++k) {
             curves.push_back(points_along(posture, static_cast<int>(curves.size()), fractions));
             segment_of.push_back(j);
+            longest.push_back(0.0);
+            for (int i = 0; i + 1 < points; ++i)
+                longest.back() = std::max(longest.back(),
+                                          (curves.back()[i + 1].pose.position - curves.back()[i].pose.position).norm());
         }
     Clearance best;
     best.gap = std::numeric_limits<double>::infinity();
@@ -90,8 +95,14 @@ Clearance clearance(const Posture& posture, const std::vector<double>& radii, in
         for (std::size_t b = a + 1; b < curves.size(); ++b) {
             if (radii[a] <= 0.0 || radii[b] <= 0.0) continue;
             const bool same = segment_of[a] == segment_of[b];
+            // Pieces whose first points are farther apart than this cannot come closer than the best so far; with 300
+            // rods the full comparison of all of them takes a second.
+            const double reach = longest[a] + longest[b] + radii[a] + radii[b];
             for (int i = 0; i + 1 < points; ++i)
                 for (int k = 0; k + 1 < points; ++k) {
+                    const Vector3 apart = curves[a][i].pose.position - curves[b][k].pose.position;
+                    const double far = best.gap + reach;
+                    if (far >= 0.0 && apart.squaredNorm() > far * far) continue;
                     const Approach near = closest(curves[a][i].pose.position, curves[a][i + 1].pose.position,
                                                   curves[b][k].pose.position, curves[b][k + 1].pose.position);
                     const double gap = near.distance - radii[a] - radii[b];

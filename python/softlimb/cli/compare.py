@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from softlimb import measured as measuring
-from softlimb.cli.scene_arguments import add_outputs, add_scene, heading, loads_line, save_picture, scene_of
+from softlimb.cli.scene_arguments import add_outputs, add_scene, heading, loads_line, naming, save_picture, scene_of
 from softlimb.cli.tables import aligned, number
 from softlimb.units import deg, kPa, mm
 
@@ -64,7 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
     elif isinstance(measured, measuring.Centreline):
         comparison = measuring.compare_centreline(measured, scene.solve(), reference_length=reference)
     else:
-        comparison = _compare_tips(scene, measured, reference)
+        with naming(str(arguments.measured)):
+            comparison = _compare_tips(scene, measured, reference)
     headings, rows = (
         _curve_rows(comparison) if isinstance(comparison, measuring.CurveComparison) else _position_rows(comparison)
     )

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from itertools import combinations
 from os import PathLike
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -152,7 +153,10 @@ def fit_csv(path: str | PathLike[str], law: str = "yeoh", *, max_strain: float |
     Parameters and errors are those of the two; what was done on reading stands in the fit's notes.
     """
     test = read_tensile_csv(path)
-    fit = fit_uniaxial(test.stretch, test.nominal_stress, law, max_strain=max_strain)
+    try:
+        fit = fit_uniaxial(test.stretch, test.nominal_stress, law, max_strain=max_strain)
+    except ValueError as error:
+        raise ValueError(f"{Path(path).name}: {error}") from None
     return replace(fit, notes=test.notes + fit.notes, data_name=test.name)
 
 

@@ -24,6 +24,7 @@ Colour: TypeAlias = tuple[float, ...]
 _WIDTH, _HEIGHT = 180.0, 110.0  # of the figure: a text column and a half of most journals [mm]
 _AROUND = 20  # faces around a tube
 _ALONG = 28  # rings along a tube
+_BOX_COLOUR = "0.8"
 _PLATE_COLOUR = (0.66, 0.69, 0.72)
 _ROD_COLOUR = (0.82, 0.82, 0.82)  # no colour of the pressures: what has none
 _FILL = 0.76  # how much of the axes the limb fills; ticks and labels need the rest
@@ -340,8 +341,9 @@ def _draw_space(posture: Posture, ax: Any, loads: bool) -> None:
         ends = (low + (8.5 / scale if name == "y" else 0.0), high - (4.5 / scale if name == "x" else 0.0))
         line.set_label_text(f"{name} [mm]", fontsize=style.FONT_SIZE)
         line.labelpad = -3.0
-        line.set_pane_color((1.0, 1.0, 1.0, 0.0))
-        line.pane.set_edgecolor((0.8, 0.8, 0.8))  # without its edges the box seems to be cut off
+        # Without its edges the box seems to be cut off. `set_pane_color` would make them as transparent as the faces.
+        # A pane left open, as matplotlib makes it, has three edges.
+        line.pane.set(facecolor="none", edgecolor=_BOX_COLOUR, linewidth=0.5, alpha=None, closed=True)
         # A number is 6 mm wide and 3 mm high on paper; y is seen from its end.
         line.set_major_locator(_ticks((9.0, 14.0, 6.0)[i] / scale, *ends))
         line._axinfo["grid"].update(color="0.88", linewidth=0.5)

@@ -45,6 +45,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from softlimb.arguments import is_rotation
 from softlimb.quantities import (
     ANGLE,
     BENDING_STIFFNESS,
@@ -435,8 +436,7 @@ def pose_from_dict(content: Mapping[str, Any], where: str) -> NDArray[np.float64
     pose[:3, 3] = table.array("position", (3,))
     if "rotation" in table:
         rotation = table.array("rotation", (3, 3))
-        # Files carry six to seventeen digits; six digits leave 1e-6.
-        if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-5) or np.linalg.det(rotation) < 0.0:
+        if not is_rotation(rotation):
             raise table.error("`rotation` must be orthogonal with determinant 1; it is not")
         pose[:3, :3] = rotation
     return pose

@@ -178,7 +178,7 @@ def grid(pressures: NDArray[np.float64], axes: Sequence[Axis], counts: Sequence[
     Raises
     ------
     ValueError
-        An actuator is in two axes, or the combinations are more than `MOST_ROWS`.
+        An actuator is in two axes, the combinations are more than `MOST_ROWS`, or a factor makes a pressure infinite.
     """
     require_distinct(axes)
     require_few(axes)
@@ -188,7 +188,10 @@ def grid(pressures: NDArray[np.float64], axes: Sequence[Axis], counts: Sequence[
         blocks = np.repeat(rows, len(axis.values), axis=0)
         values = np.tile(axis.values, len(rows))
         if axis.scales:
-            blocks *= values[:, np.newaxis]
+            with np.errstate(over="ignore"):
+                blocks *= values[:, np.newaxis]
+            if not np.isfinite(blocks).all():
+                raise ValueError(f"factors of a sweep must leave pressures finite, got {max(axis.values, key=abs):g}")
         for segment, actuator in axis.actuators:
             blocks[:, first[segment - 1] + actuator - 1] = values
         rows = blocks

@@ -112,6 +112,14 @@ class Table:
             raise self.error(f"`{key}` is nested too deeply: more than {_DEEPEST} lists inside each other,")
         return [self._numbers(key, entry, depth + 1) for entry in value]
 
+    def _require_finite(self, key: str, number: Nested) -> None:
+        """ValueError where the unit has made a number infinite."""
+        if isinstance(number, list):
+            for entry in number:
+                self._require_finite(key, entry)
+        elif not math.isfinite(number):
+            raise self.error(f"`{key}` is too large")
+
     def key(self, name: str) -> str:
         """The key as the file has it, with its unit."""
         return self._key_of.get(name, name)
@@ -132,7 +140,9 @@ class Table:
                 raise self._missing(name)
             return default
         key = self._key_of[name]
-        return self._number(key, self.content[key]) * self._factor(name)
+        number = self._number(key, self.content[key]) * self._factor(name)
+        self._require_finite(key, number)
+        return number
 
     def nested(self, name: str) -> Nested:
         """A number or nested lists of numbers, in SI when the key takes a unit."""
@@ -140,7 +150,10 @@ class Table:
             raise self._missing(name)
         key = self._key_of.get(name, name)
         numbers = self._numbers(key, self.content[key])
-        return scaled(numbers, self._factor(name)) if name in self.quantities else numbers
+        if name in self.quantities:
+            numbers = scaled(numbers, self._factor(name))
+            self._require_finite(key, numbers)
+        return numbers
 
     def array(self, name: str, shape: tuple[int, ...], default: Sequence[float] | None = None) -> NDArray[np.float64]:
         """Numbers of the given shape (-1: any length), in SI when the key takes a unit.

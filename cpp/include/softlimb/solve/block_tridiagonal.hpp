@@ -39,6 +39,7 @@ public:
             const Eigen::LLT<Block> cholesky(pivots_[k]);
             if (cholesky.info() != Eigen::Success) return false;
             inverse_[k] = cholesky.solve(Block::Identity());
+            if (!inverse_[k].allFinite()) return false;  // Cholesky takes NaN for positive
         }
         return true;
     }
