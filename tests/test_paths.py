@@ -194,6 +194,32 @@ def test_a_cold_start_that_meets_a_ridge_names_the_posture_beyond() -> None:
     assert away == pytest.approx(2.0 * abs(found.tip[1, 3]) / mm, rel=1e-2)
 
 
+@pytest.mark.parametrize("beyond", [1e-9, 1e-6, 1e-4])
+def test_a_cold_start_just_past_a_fold_finds_the_posture_that_is_left(snap: sl.Path, beyond: float) -> None:
+    # The mesh of the descent still has the minimum that the exact rods have lost.
+    force = snap.folds[0].parameter + beyond
+    found = tower().solve(leaning(1 * kPa), gravity=DOWN, **down(force))
+    assert found.success and found.stable and found.verify().success
+    assert found.tip[2, 3] < snap.folds[1].posture.tip[2, 3]
+
+
+def test_two_postures_beside_a_fold_are_both_on_the_path(snap: sl.Path) -> None:
+    upright, ridge, _ = snap.at(snap.folds[0].parameter - 1e-4)
+    assert upright.stable and ridge.unstable_modes == 1
+
+
+def test_a_posture_at_a_fold_counts_as_unstable(snap: sl.Path) -> None:
+    assert [fold.posture.stable for fold in snap.folds] == [False, False]
+
+
+def test_a_pitchfork_met_on_its_bent_branch_is_no_fold() -> None:
+    even = np.full(4, 40 * kPa)
+    straight = tower().follow(down, 0.0, 1.0, pressures=even, gravity=DOWN)
+    bent = tower().follow(down, 1.0, 0.0, pressures=even, gravity=DOWN)
+    assert [event.kind for event in bent.events] == ["fold", "bifurcation", "fold"]
+    assert bent.bifurcations[0].parameter == pytest.approx(straight.bifurcations[0].parameter, abs=1e-7)
+
+
 # --- payload -----------------------------------------------------------------------------------------------------
 
 
@@ -234,6 +260,8 @@ def test_pressures_hold_the_tip_in_place_up_to_their_limit() -> None:
     held = found.posture.pressures
     assert held is not None and (held >= 0.0).all() and (held <= 80 * kPa).all()
     assert (np.isclose(held, 80 * kPa) | np.isclose(held, 0.0)).any()
+    # Near the limit of stability the count belongs to the posture itself, not to the step before it.
+    assert found.posture.smallest_stiffness > 0.0
 
 
 def test_a_limb_that_carries_all_that_was_asked_says_so() -> None:

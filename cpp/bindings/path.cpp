@@ -67,16 +67,25 @@ std::shared_ptr<Posture> posture_at(const FollowedPath& followed, const limb::Pa
     return posture;
 }
 
-std::optional<py::typing::Tuple<double, std::shared_ptr<Posture>>> between(const FollowedPath& followed, int after,
-                                                                           double parameter) {
-    const auto& points = followed.path.points;
+/// Postures at a parameter between points `after` and `after` + 1: two where the path turns in between.
+std::vector<std::shared_ptr<Posture>> between(const FollowedPath& followed, int after, double parameter) {
+    const limb::PathPoint &first = followed.path.points.at(after), &last = followed.path.points.at(after + 1);
+    const limb::PathPoint* turn = nullptr;
+    for (const limb::PathEvent& event : followed.path.events)
+        if (event.after == after && first.slope * last.slope < 0.0) turn = &event.point;
     solve::Work work = work_of(followed.settings, *followed.geometry);
-    const auto found = raising_signals([&] {
-        return limb::point_between(*followed.geometry, followed.scene_at, points.at(after), points.at(after + 1),
-                                   parameter, followed.settings, work);
-    });
-    if (!found) return std::nullopt;
-    return py::make_tuple(found->arclength, posture_at(followed, *found));
+    std::vector<std::shared_ptr<Posture>> postures;
+    const auto look = [&](const limb::PathPoint& from, const limb::PathPoint& to) {
+        if ((from.parameter - parameter) * (to.parameter - parameter) >= 0.0) return;
+        const auto found = raising_signals([&] {
+            return limb::point_between(*followed.geometry, followed.scene_at, from, to, parameter, followed.settings,
+                                       work);
+        });
+        if (found) postures.push_back(posture_at(followed, *found));
+    };
+    look(first, turn ? *turn : last);
+    if (turn) look(last, *turn);
+    return postures;
 }
 
 const char* name_of(limb::PathEnd end) {
@@ -128,7 +137,7 @@ void bind_path(py::module_& m) {
         .def("posture", [](const FollowedPath& f, int i) { return posture_at(f, f.path.points.at(i)); })
         .def("event_posture", [](const FollowedPath& f, int i) { return posture_at(f, f.path.events.at(i).point); })
         .def("between", &between, py::arg("after"), py::arg("parameter"),
-             "Arclength and posture at a parameter between points `after` and `after` + 1, or None.");
+             "Postures at a parameter between points `after` and `after` + 1.");
 
     m.def("follow", &follow, py::arg("geometry"), py::arg("scene_at"), py::arg("first"), py::kw_only(),
           py::arg("start"), py::arg("stop"), py::arg("tolerance"), py::arg("largest_step"), py::arg("max_points"),

@@ -2282,9 +2282,9 @@ class FollowedPath:
         """
         A path without points.
         """
-    def between(self, after: typing.SupportsInt | typing.SupportsIndex, parameter: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, Posture] | None:
+    def between(self, after: typing.SupportsInt | typing.SupportsIndex, parameter: typing.SupportsFloat | typing.SupportsIndex) -> list[Posture]:
         """
-        Arclength and posture at a parameter between points `after` and `after` + 1, or None.
+        Postures at a parameter between points `after` and `after` + 1.
         """
     def event_posture(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> Posture:
         ...

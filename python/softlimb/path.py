@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softlimb import _core
+from softlimb.arguments import one_finite
 from softlimb.posture import Posture
 
 __all__ = ["Path", "PathEvent"]
@@ -39,7 +40,7 @@ class PathEvent:
     parameter : float
         Where; a fold to 1e-8 of the range that was asked for.
     posture : Posture
-        The equilibrium there. Its stiffness is singular, so it has no compliance and no Jacobian.
+        The equilibrium there. Its stiffness is singular: it counts as unstable, and has no compliance and no Jacobian.
     after : int
         The event lies between points ``after`` and ``after + 1`` of the path.
     """
@@ -148,17 +149,13 @@ class Path:
         ValueError
             ``parameter`` is not a finite number.
         """
-        value = float(parameter)
-        if not np.isfinite(value):
-            raise ValueError(f"parameter must be finite, got {parameter!r}")
+        value = one_finite("parameter", parameter)
         found = []
         for number, here in enumerate(self.parameters):
             if here == value:
                 found.append(self.postures[number])
-            elif number + 1 < self.parameters.size and (here - value) * (self.parameters[number + 1] - value) < 0.0:
-                between = self._followed.between(number, value)
-                if between is not None:
-                    found.append(self._posture_of(value, between[1]))
+            if number + 1 < self.parameters.size:
+                found.extend(self._posture_of(value, solved) for solved in self._followed.between(number, value))
         return tuple(found)
 
     def __len__(self) -> int:

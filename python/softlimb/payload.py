@@ -23,7 +23,7 @@ _LIMITS: dict[Limit, str] = {
     "fold": "beyond it no posture is near: the limb snaps",
     "bifurcation": "beyond it the posture is unstable: the limb buckles",
     "deflection": "the tip has moved as far as allowed",
-    "pressure": "beyond it no pressures within the limit keep the tip in place",
+    "pressure": "from there no small change of the pressures within their limit keeps the tip in place",
     "force": "the search ended here: the limb carries more",
     "lost": "the path of postures was lost here: the limb may carry more",
 }

@@ -354,7 +354,7 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
                 pin(pin_of_count());
                 if (!linearise(shape)) report.status = SolveStatus::singular_jacobian;
             }
-            judge(shape, report);
+            judge(shape, report, report.neutral_mode ? 0.0 : size);
             return report;
         }
         if (stalls > 3 || refinements > 8) {
@@ -381,8 +381,17 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
     return report;
 }
 
-void Equilibrium::judge(const Shape& shape, NewtonReport& report) {
-    count_modes(report);
+void Equilibrium::judge(const Shape& shape, NewtonReport& report, double step) {
+    // A move changes the plates' stiffness by about the forces times their arms.
+    const double margin = step * force_scale(shape) * geometry_.length;
+    NewtonReport doubtful = report;
+    count_modes(doubtful, margin);
+    report.plate_modes = doubtful.plate_modes, report.rod_modes = doubtful.rod_modes;
+    if (doubtful.plate_modes + doubtful.rod_modes == 0) return;
+    if (step > 0.0) {
+        if (!linearise(shape)) return;
+        count_modes(report);
+    }
     const int modes = report.plate_modes + report.rod_modes;
     if (modes == 0 || report.neutral_mode) return;
     pin(pin_of_count());
@@ -394,7 +403,7 @@ void Equilibrium::judge(const Shape& shape, NewtonReport& report) {
     report.neutral_mode = true;
 }
 
-void Equilibrium::count_modes(NewtonReport& report) const {
+void Equilibrium::count_modes(NewtonReport& report, double margin) const {
     // Inertia of the symmetric part, confined to the free freedoms on both sides; Sylvester's law adds the pivots up.
     const solve::BlockTridiagonal& k = balance_.system();
     solve::BlockTridiagonal symmetric;
@@ -405,6 +414,9 @@ void Equilibrium::count_modes(NewtonReport& report) const {
         const Matrix6 free = p * k.diagonal[j] * p;
         const double weight = std::max(k.diagonal[j].diagonal().cwiseAbs().maxCoeff(), 1e-300);
         symmetric.diagonal[j] = 0.5 * (free + free.transpose()) + weight * (Matrix6::Identity() - p);
+        // Eigenvalues below `margin` [N m] count as negative: translations in limb lengths.
+        symmetric.diagonal[j].diagonal().head<3>().array() -= margin / (geometry_.length * geometry_.length);
+        symmetric.diagonal[j].diagonal().tail<3>().array() -= margin;
         if (j + 1 == k.rows()) continue;
         const Matrix6& next = balance_.projector(j + 1);
         symmetric.upper[j] = 0.5 * p * (k.upper[j] + k.lower[j + 1].transpose()) * next;

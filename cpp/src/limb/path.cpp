@@ -75,7 +75,7 @@ public:
         Border border = border_at(point.parameter);
         if (!border.adjust(point.parameter)) return false;
         if (!equilibrium_.linearise_at(point.shape, point.report.neutral_mode)) return false;
-        equilibrium_.judge(point.shape, point.report);
+        equilibrium_.judge(point.shape, point.report, 0.0);
         tangent.moves = equilibrium_.response_to_parameter(point.shape, border);
         tangent.parameter = 1.0;
         const double norm = std::sqrt(product(tangent, tangent));
@@ -190,7 +190,7 @@ std::optional<PathPoint> Follower::fold(const PathPoint& point, const Tangent& t
 std::optional<PathPoint> Follower::between(const PathPoint& point, const Tangent& tangent, const PathPoint& beyond,
                                            double parameter) {
     // False position along the arclength until Newton at the parameter itself is a small step.
-    constexpr double near = 1e-3;
+    constexpr double near = 1e-2;
     double low = 0.0, low_gap = point.parameter - parameter;
     double high = beyond.arclength - point.arclength, high_gap = beyond.parameter - parameter;
     if (low_gap * high_gap > 0.0) return std::nullopt;
@@ -200,7 +200,9 @@ std::optional<PathPoint> Follower::between(const PathPoint& point, const Tangent
         Tangent ahead;
         if (!step_from(point, tangent, middle, settings_.tolerance, at, ahead)) return std::nullopt;
         const double gap = at.parameter - parameter;
-        if (std::abs(gap) < near * range_ * std::min(1.0, std::abs(at.slope) / range_)) {
+        // Beside a fold the two branches are as far apart as the square of the slope.
+        const double slope = std::min(1.0, std::abs(at.slope) / range_);
+        if (std::abs(gap) < near * range_ * slope * slope) {
             std::optional<PathPoint> found = correct(at.shape, parameter, nullptr, settings_.tolerance);
             Tangent there;
             if (!found || !look_along(*found, &ahead, there)) return std::nullopt;
@@ -216,12 +218,15 @@ std::optional<PathPoint> Follower::between(const PathPoint& point, const Tangent
 void Follower::locate(Path& path, const Tangent& tangent, const PathPoint& next) {
     const PathPoint& here = path.points.back();
     const int after = static_cast<int>(path.points.size()) - 1;
-    if (next.slope * here.slope < 0.0) {
-        if (auto at = fold(here, tangent, next)) path.events.push_back({EventKind::fold, after, std::move(*at)});
-    } else if (next.modes() != here.modes()) {
-        if (auto at = bifurcation(here, tangent, next))
-            path.events.push_back({EventKind::bifurcation, after, std::move(*at)});
-    }
+    const bool turned = next.slope * here.slope < 0.0, changed = next.modes() != here.modes();
+    if (!turned && !changed) return;
+    // The parameter turns at a pitchfork as well, met on its bent branch; but there both sides are alike.
+    std::optional<PathPoint> at = turned ? fold(here, tangent, next) : bifurcation(here, tangent, next);
+    if (!at) return;
+    // At the event itself one eigenvalue is zero, and rounding would choose its sign: it counts as unstable.
+    at->report.plate_modes = std::max({1, here.modes(), next.modes()});
+    at->report.rod_modes = 0;
+    path.events.push_back({turned && changed ? EventKind::fold : EventKind::bifurcation, after, std::move(*at)});
 }
 
 std::optional<PathPoint> Follower::bifurcation(const PathPoint& point, const Tangent& tangent,

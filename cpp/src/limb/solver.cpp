@@ -185,6 +185,15 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         solution.plan.push_back("the descent did not lead there: loads without potential grown step by step");
         return accept(full, "converged along the growing loads");
     }
+    if (!unstable && solution.conservative && !last.shape.plates.empty()) {
+        // Just past a fold the mesh may still have the minimum that the exact rods have lost: over its shallow rim.
+        const Ridge rim = Descent(geometry, scene, work).sides_of(shape);
+        for (const std::optional<Shape>* side : {&rim.taken, &rim.other}) {
+            if (!*side) continue;
+            const std::optional<Attempt> below = stable_below(geometry, scene, options, work, **side);
+            if (below) return accept(*below, "converged; beyond a posture that ends just before this scene, at a fold");
+        }
+    }
     if (!unstable) {
         if (const auto stiff = stiffen(geometry, scene, options, shape, work, solution.iterations)) {
             Attempt full = refine(scene, options, work, equilibrium, *stiff, solution.iterations);

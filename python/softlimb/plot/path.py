@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from softlimb.arguments import one_of, one_positive
 from softlimb.path import Path
 from softlimb.plot import style
 from softlimb.units import mm
@@ -41,10 +42,10 @@ def path(
     ValueError
         The path is empty, the coordinate is none of the three, or the unit is not positive.
     """
-    if coordinate not in _AXES:
-        raise ValueError(f"coordinate must be one of 'x', 'y', 'z', got {coordinate!r}")
-    if not np.isfinite(unit) or unit <= 0.0:
-        raise ValueError(f"unit must be finite and positive, got {unit!r}")
+    if not isinstance(followed, Path):
+        raise TypeError(f"followed must be a Path, got {type(followed).__name__}")
+    one_of("coordinate", coordinate, tuple(_AXES))
+    unit = one_positive("unit", unit)
     if not len(followed):
         raise ValueError(f"an empty path has no picture: {followed.message}")
     figure = style.new_figure(110.0, 80.0)

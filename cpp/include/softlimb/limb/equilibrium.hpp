@@ -71,9 +71,10 @@ public:
     bool linearise_at(const Shape& shape, bool pinned = false);
     /// Move (mean square one over plates and nodes) along which the stiffness at a shape is nearest to zero.
     Moves softest_move(const Shape& shape);
-    /// Counts the unstable modes of the last linearisation, which was at `shape`, into the report. What a shift of the
-    /// size of rounding takes away was no unstable mode but a neutral one.
-    void judge(const Shape& shape, NewtonReport& report);
+    /// Counts the unstable modes at `shape` into the report. The last linearisation may be a step of size `step` old:
+    /// where so small a move could change the count it is done again. What a shift of the size of rounding takes away
+    /// was no unstable mode but a neutral one.
+    void judge(const Shape& shape, NewtonReport& report, double step);
     const Geometry& geometry() const { return geometry_; }
 
     /// Condensed stiffness of the plates (free freedoms) at the last solution: rows of the balance, base axes, about
@@ -92,7 +93,7 @@ public:
     std::vector<Vector6> reactions(const Shape& shape) const;
 
 private:
-    void count_modes(NewtonReport& report) const;
+    void count_modes(NewtonReport& report, double margin = 0.0) const;
     void pin(double share);
     double pin_of_count() const;
     void find_neutral(const Shape& shape);
