@@ -80,6 +80,12 @@ def phases() -> dict[str, Callable[[], Callable[[], Any]]]:
         "compliance, 30 x 40 rods": lambda: again(lambda found: found._solved.compliance(), 30, 40),
         "compliance, 12 x 10 rods": lambda: again(lambda found: found._solved.compliance()),
         "centreline of 20 000 points": lambda: again(lambda found: found.centreline(20_000)),
+        "a path through a fold": lambda: lambda: sl.Limb([_ring(3)] * 3).follow(
+            lambda force: {"tip_force": (0.0, 0.001, -force)}, 0.0, 3.0
+        ),
+        "a payload": lambda: lambda: presets.reference_limb().payload(
+            (1.0, 0.0, 0.0), pressures=[30e3] * 9, gravity=(0.0, 0.0, 9.81)
+        ),
         "sweep": lambda: lambda: presets.reference_limb().sweep(np.zeros((100_000, 9)), progress=False).interrupted,
         "a tube's 1e6 pressures": lambda: lambda: tube.inflate(np.linspace(0.0, 90e3, 1_000_000)),
         "a tube's 1e5 loaded pressures": lambda: lambda: tube.inflate(
