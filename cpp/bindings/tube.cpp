@@ -214,8 +214,7 @@ ValueError
                          const Given<std::variant<Families, Fibres>>& fibres) {
                  const auto families = taken("fibres of a layer", fibres, "Fibres or a sequence of Fibres");
                  const Fibres* one = std::get_if<Fibres>(&families);
-                 return Layer::make(taken("inner radius of a layer", inner),
-                                    taken("outer radius of a layer", outer),
+                 return Layer::make(taken("inner radius of a layer", inner), taken("outer radius of a layer", outer),
                                     taken("law of a layer", law, "a material law such as Yeoh"),
                                     one ? Families{*one} : std::get<Families>(families));
              }),
