@@ -174,7 +174,9 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         // No potential to descend and no luck near where the work led: the loads themselves are the way.
         SolveOptions rough = options;
         rough.tolerance = std::max(options.tolerance, 1e-6);
-        const Solution unmoved = solve(geometry, with_moments(scene, 0.0), rough, nullptr);
+        const Scene bare = with_moments(scene, 0.0);
+        if (!bare.conservative()) continue;  // a moment that is no number does not vanish at no share
+        const Solution unmoved = solve(geometry, bare, rough, nullptr);
         solution.iterations += unmoved.iterations;
         if (unmoved.status != SolveStatus::converged) continue;
         const std::optional<Shape> grown =
