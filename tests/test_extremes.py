@@ -15,31 +15,16 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import softlimb as sl
-from discrete_rods import DiscreteLimb, rotation_vector, turn, unstable_modes
+from discrete_rods import DiscreteLimb, rotation_vector, unstable_modes
+from frames import pose, solved, turn
 from softlimb import presets
 from softlimb.units import deg, kPa, mm
 
 COMPLEX = np.array([[90.0, 60.0, 30.0], [60.0, 40.0, 20.0], [50.0, 50.0, 50.0]]) * kPa
 
 
-def pose(position: Any = (0.0, 0.0, 0.0), rotation: Any = None) -> np.ndarray:
-    frame = np.eye(4)
-    frame[:3, 3] = position
-    if rotation is not None:
-        frame[:3, :3] = rotation
-    return frame
-
-
 def about_y(angle: float) -> np.ndarray:
     return np.array([[np.cos(angle), 0.0, np.sin(angle)], [0.0, 1.0, 0.0], [-np.sin(angle), 0.0, np.cos(angle)]])
-
-
-def solved(limb: sl.Limb, *pressures: Any, **options: Any) -> sl.Posture:
-    found = limb.solve(*pressures, **options)
-    assert found.success, found.message
-    check = found.verify()
-    assert check.success, check
-    return found
 
 
 # --- unloaded limbs are beams in parallel and in series ----------------------------------------------------------

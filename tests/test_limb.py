@@ -15,6 +15,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import softlimb as sl
+from frames import pose, solved, turn
 from softlimb import presets
 from softlimb.units import deg, kPa, mm
 
@@ -30,26 +31,6 @@ def reference() -> sl.Limb:
     return presets.reference_limb()
 
 
-def turn(vector: Any) -> np.ndarray:
-    """Rotation matrix of a rotation vector, by Rodrigues' formula."""
-    vector = np.asarray(vector, dtype=float)
-    angle = float(np.linalg.norm(vector))
-    if angle == 0.0:
-        return np.eye(3)
-    x, y, z = vector / angle
-    k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    rotation: np.ndarray = np.eye(3) + np.sin(angle) * k + 2.0 * np.sin(0.5 * angle) ** 2 * k @ k
-    return rotation
-
-
-def pose(position: Any = (0.0, 0.0, 0.0), rotation: Any = None) -> np.ndarray:
-    frame = np.eye(4)
-    frame[:3, 3] = position
-    if rotation is not None:
-        frame[:3, :3] = rotation
-    return frame
-
-
 def between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Change of pose from the first to the second: translation and small-to-moderate rotation vector, base axes."""
     spin = second[:3, :3] @ first[:3, :3].T
@@ -57,14 +38,6 @@ def between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     norm = float(np.linalg.norm(sine))
     rotation = sine if norm == 0.0 else sine * (np.arcsin(min(norm, 1.0)) / norm)
     return np.concatenate([second[:3, 3] - first[:3, 3], rotation])
-
-
-def solved(limb: sl.Limb, *pressures: Any, **options: Any) -> sl.Posture:
-    found = limb.solve(*pressures, **options)
-    assert found.success, found.message
-    check = found.verify()
-    assert check.success, check
-    return found
 
 
 def ring(count: int, radius: float = 0.03, **plate: float) -> sl.Segment:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import pickle
 from typing import Any
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
 import softlimb as sl
@@ -182,6 +183,20 @@ def test_a_path_ends_where_a_tube_has_no_state() -> None:
 def test_a_first_posture_that_is_no_equilibrium_gives_an_empty_path() -> None:
     path = column().follow(lambda moment: {"tip_moment": (0.0, moment, 0.0)}, 1e6, 2e6)
     assert len(path) == 0 and not path.success and path.postures == () and "no equilibrium" in path.message
+    assert column().solve(tip_moment=(0.0, 1e6, 0.0)).message in path.message
+
+
+def test_a_path_pickles_as_its_points_and_events(snap: sl.Path) -> None:
+    again = pickle.loads(pickle.dumps(snap))
+    for name in ("parameters", "arclengths", "tips", "stable"):
+        assert_array_equal(getattr(again, name), getattr(snap, name))
+    assert again.end == snap.end and again.message == snap.message
+    assert [(e.kind, e.parameter, e.after) for e in again.events] == [
+        (e.kind, e.parameter, e.after) for e in snap.events
+    ]
+    assert_array_equal(again.folds[0].posture.plates, snap.folds[0].posture.plates)
+    with pytest.raises(RuntimeError, match="follow it again"):
+        again.at(0.5 * float(snap.parameters[0] + snap.parameters[1]))
 
 
 def test_a_cold_start_that_meets_a_ridge_names_the_posture_beyond() -> None:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import softlimb as sl
+from frames import pose, solved, turn
 from softlimb import presets
 from softlimb.units import kPa
 
@@ -57,22 +58,6 @@ class Drawn:
         }  # fmt: skip
 
 
-def turn(vector: np.ndarray) -> np.ndarray:
-    angle = float(np.linalg.norm(vector))
-    x, y, z = vector / angle
-    k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    rotation: np.ndarray = np.eye(3) + np.sin(angle) * k + 2.0 * np.sin(0.5 * angle) ** 2 * k @ k
-    return rotation
-
-
-def pose(position: Any = (0.0, 0.0, 0.0), rotation: Any = None) -> np.ndarray:
-    frame = np.eye(4)
-    frame[:3, 3] = position
-    if rotation is not None:
-        frame[:3, :3] = rotation
-    return frame
-
-
 def draw(seed: int) -> Drawn:
     """One to three segments of one to four unequal rods at odd places, moderately loaded by forces."""
     generator = np.random.default_rng(seed)
@@ -103,13 +88,6 @@ def draw(seed: int) -> Drawn:
     wrenches = np.zeros((segments, 6))
     wrenches[:, :3] = generator.normal(size=(segments, 3)) * 0.15
     return Drawn(bases, ends, sections, lengths, plates, generator.normal(size=3) * 3.0, wrenches, forces)
-
-
-def solved(limb: sl.Limb, *pressures: Any, **options: Any) -> sl.Posture:
-    found = limb.solve(*pressures, **options)
-    assert found.success, found.message
-    assert found.verify().success, found.verify()
-    return found
 
 
 def assert_same(found: sl.Posture, plates: np.ndarray, limb: sl.Limb) -> None:

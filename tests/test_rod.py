@@ -19,6 +19,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 import softlimb as sl
+from frames import turn
 from softlimb import presets
 from softlimb.units import deg, kPa
 
@@ -27,18 +28,6 @@ LENGTH = 0.25
 # A round column may buckle in any direction: its postures form a ring, along which nothing holds Newton's steps. They
 # are as long as rounding over rounding there, so a tolerance near 1e-9 is met by luck only.
 ROUND = 1e-6
-
-
-def turn(vector: Any) -> np.ndarray:
-    """Rotation matrix of a rotation vector, by Rodrigues' formula."""
-    vector = np.asarray(vector, dtype=float)
-    angle = float(np.linalg.norm(vector))
-    if angle == 0.0:
-        return np.eye(3)
-    x, y, z = vector / angle
-    k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    rotation: np.ndarray = np.eye(3) + np.sin(angle) * k + 2.0 * np.sin(0.5 * angle) ** 2 * k @ k
-    return rotation
 
 
 def random_turn(generator: np.random.Generator) -> np.ndarray:

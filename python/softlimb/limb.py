@@ -285,26 +285,6 @@ class _Scene:
     refusal: tuple[str, str] | None  # status and reason where an actuator has no state
 
 
-# What a scene depends on: the arguments of `Limb.solve` except those of the solver.
-_SCENE_ARGUMENTS = (
-    "pressures",
-    "rest_lengths",
-    "gravity",
-    "tip_force",
-    "tip_moment",
-    "plate_wrenches",
-    "frame",
-    "rod_forces",
-    "rod_moments",
-    "tip_pose",
-    "tip_held",
-    "plate_poses",
-    "plate_held",
-    "section",
-    "valve",
-)
-
-
 class Limb:
     """Segments in series, from the base upwards.
 
@@ -530,13 +510,16 @@ class Limb:
         if posture is not None and not isinstance(posture, Posture):
             raise TypeError(f"posture must be a Posture, got {type(posture).__name__}")
 
+        # What a scene depends on: the arguments of `solve` except those of the solver.
+        allowed = self._scene.__kwdefaults__ or {}
+
         def at(value: float) -> dict[str, Any]:
             given = arguments(value)
             if not isinstance(given, Mapping):
                 raise TypeError(f"arguments({value:.6g}) must be a mapping of solve's arguments, got {given!r}")
             for name in (*given, *common):
-                if name not in _SCENE_ARGUMENTS:
-                    raise TypeError(f"{name!r} cannot be followed: expected one of {', '.join(_SCENE_ARGUMENTS)}")
+                if name not in allowed:
+                    raise TypeError(f"{name!r} cannot be followed: expected one of {', '.join(allowed)}")
             twice = sorted(set(given) & set(common))
             if twice:
                 raise TypeError(f"{twice[0]!r} is given both by the parameter and as a constant")
@@ -559,7 +542,7 @@ class Limb:
             return scene.core if scene.refusal is None else None
 
         if not first.success:
-            return Path(_core.FollowedPath(), first_value, last_value, lambda _, __: first)
+            return Path(_core.FollowedPath(), first_value, last_value, lambda _, __: first, first)
         followed = _core.follow(
             self._geometry,
             core_scene_at,
@@ -576,6 +559,7 @@ class Limb:
             first_value,
             last_value,
             lambda value, solved: self._posture(scene_at(value), solved, tolerance),
+            first,
         )
 
     def sweep(self, pressures: ArrayLike, *, progress: bool = True, **scene: Any) -> Batch:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +54,8 @@ class PathEvent:
 class Path:
     """Equilibria along one parameter, in the order in which the path meets them.
 
-    Made by `Limb.follow`. The parameter need not be monotonic: it turns at every fold.
+    Made by `Limb.follow`. The parameter need not be monotonic: it turns at every fold. A path pickles as its points and
+    events; what it was made from, a function of the parameter, stays behind, and with it `at` between points.
     """
 
     def __init__(
@@ -63,27 +64,47 @@ class Path:
         start: float,
         stop: float,
         posture_of: Callable[[float, _core.Posture], Posture],
+        first: Posture,
     ) -> None:
         self.start = start
         self.stop = stop
-        self._followed = followed
-        self._posture_of = posture_of
+        self.end = followed.end
+        self._first = first
+        self._followed: _core.FollowedPath | None = followed
+        self._posture_of: Callable[[float, _core.Posture], Posture] | None = posture_of
+
+    start: float
+    """Value of the parameter at the first point."""
+    stop: float
+    """Where the path was to go."""
+    end: str
+    """Why the path ends: ``stop``, ``start``, ``event``, ``no_scene``, ``lost`` or ``max_points``."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        whole = {name: getattr(self, name) for name in ("parameters", "arclengths", "postures", "events")}
+        return {**self.__dict__, **whole, "_followed": None, "_posture_of": None}
+
+    def _made_of(self) -> tuple[_core.FollowedPath, Callable[[float, _core.Posture], Posture]]:
+        if self._followed is None or self._posture_of is None:
+            raise RuntimeError("a path that was pickled has its points but no postures between them: follow it again")
+        return self._followed, self._posture_of
 
     @cached_property
     def parameters(self) -> Array:
         """Value of the parameter at each point, shape (K,)."""
-        return np.array(self._followed.parameters)
+        return np.array(self._made_of()[0].parameters)
 
     @cached_property
     def arclengths(self) -> Array:
         """Arclength at each point, shape (K,); see ``largest_step`` of `Limb.follow`."""
-        return np.array(self._followed.arclengths)
+        return np.array(self._made_of()[0].arclengths)
 
     @cached_property
     def postures(self) -> tuple[Posture, ...]:
         """Posture at each point, solved to the tolerance asked for."""
+        followed, posture_of = self._made_of()
         return tuple(
-            self._posture_of(float(parameter), self._followed.posture(number))
+            posture_of(float(parameter), followed.posture(number))
             for number, parameter in enumerate(self.parameters)
         )
 
@@ -100,14 +121,15 @@ class Path:
     @cached_property
     def events(self) -> tuple[PathEvent, ...]:
         """Folds and bifurcations in the order in which they are met."""
+        followed, posture_of = self._made_of()
         return tuple(
             PathEvent(
                 "fold" if kind == "fold" else "bifurcation",
                 parameter,
-                self._posture_of(parameter, self._followed.event_posture(number)),
+                posture_of(parameter, followed.event_posture(number)),
                 after,
             )
-            for number, (kind, after, parameter) in enumerate(self._followed.events)
+            for number, (kind, after, parameter) in enumerate(followed.events)
         )
 
     @property
@@ -121,11 +143,6 @@ class Path:
         return tuple(event for event in self.events if event.kind == "bifurcation")
 
     @property
-    def end(self) -> str:
-        """Why the path ends: ``stop``, ``start``, ``event``, ``no_scene``, ``lost`` or ``max_points``."""
-        return self._followed.end
-
-    @property
     def success(self) -> bool:
         """True when the path reached ``stop``, came back to ``start``, or ended at an event because it was to."""
         return self.end in ("stop", "start", "event")
@@ -134,7 +151,7 @@ class Path:
     def message(self) -> str:
         """The end in words, and how many folds and bifurcations were met."""
         if not self.parameters.size:
-            return "the first posture is no equilibrium that could be followed"
+            return f"the first posture is no equilibrium that could be followed: {self._first.message}"
         text = _ENDS[self.end].format(start=self.start, stop=self.stop, last=self.parameters[-1])
         for kind, events in (("fold", self.folds), ("bifurcation", self.bifurcations)):
             if events:
@@ -148,6 +165,8 @@ class Path:
         ------
         ValueError
             ``parameter`` is not a finite number.
+        RuntimeError
+            The path was pickled, and the parameter lies between two of its points.
         """
         value = one_finite("parameter", parameter)
         found = []
@@ -155,7 +174,8 @@ class Path:
             if here == value:
                 found.append(self.postures[number])
             if number + 1 < self.parameters.size:
-                found.extend(self._posture_of(value, solved) for solved in self._followed.between(number, value))
+                followed, posture_of = self._made_of()
+                found.extend(posture_of(value, solved) for solved in followed.between(number, value))
         return tuple(found)
 
     def __len__(self) -> int:

@@ -54,17 +54,32 @@ Attempt refine(const Scene& scene, const SolveOptions& options, solve::Work& wor
     return attempt;
 }
 
+SolveOptions loosened(SolveOptions options, double tolerance) {
+    options.tolerance = std::max(options.tolerance, tolerance);
+    return options;
+}
+
+MeshAttempt attempt_on_mesh(const Scene& scene, const SolveOptions& options, solve::Work& work,
+                            Equilibrium& equilibrium, int parts, Shape& shape, int& descent_iterations,
+                            int& newton_iterations) {
+    const Geometry& geometry = equilibrium.geometry();
+    MeshAttempt tried;
+    for (RodShape& rod : shape.rods) split_elements(rod, std::max(1, parts / rod.elements()));
+    tried.descent = descend(geometry, scene, work, shape, descent_iterations);
+    Shape warm = shape;
+    set_geodesic_wrenches(scene, warm, Stiffness::softened);
+    tried.attempt = refine(scene, options, work, equilibrium, std::move(warm), newton_iterations);
+    tried.stayed = tried.attempt.converged() && distance(geometry, tried.attempt.shape, shape) < 3.0 / parts;
+    return tried;
+}
+
 std::optional<Attempt> stable_below(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
                                     solve::Work& work, Shape shape) {
     Equilibrium equilibrium(geometry, scene);
     int ignored = 0;
     for (const int parts : {4, 16}) {
-        for (RodShape& rod : shape.rods) split_elements(rod, std::max(1, parts / rod.elements()));
-        descend(geometry, scene, work, shape, ignored);
-        Shape warm = shape;
-        set_geodesic_wrenches(scene, warm, Stiffness::softened);
-        Attempt attempt = refine(scene, options, work, equilibrium, warm, ignored);
-        if (attempt.stable() && distance(geometry, attempt.shape, shape) < 3.0 / parts) return attempt;
+        MeshAttempt tried = attempt_on_mesh(scene, options, work, equilibrium, parts, shape, ignored, ignored);
+        if (tried.stayed && tried.attempt.stable()) return std::move(tried.attempt);
         if (work.exhausted()) break;
     }
     return std::nullopt;

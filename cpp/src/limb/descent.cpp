@@ -264,6 +264,7 @@ bool Descent::step_within(const Shape& shape, double multiplier, double radius) 
     if (!work_.spend(2 * elements_)) return false;
     if (!linearise(shape)) return false;
     for (int rung = 0; rung < 20; ++rung, multiplier *= 4.0) {
+        work_.pass_time(elements_);
         if (!factor(shape, multiplier)) continue;
         solve_for_step(shape);
         if (step_size(shape) <= radius) return true;
@@ -297,6 +298,7 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
         bool convex = false;
         for (int rung = 0; rung < 60; ++rung) {
             ++report.factorisations;
+            work_.pass_time(elements_);
             convex = factor(shape, multiplier);
             if (convex) {
                 solve_for_step(shape);

@@ -40,8 +40,7 @@ Scene with_moments(const Scene& scene, double share) {
 
 std::optional<Shape> grow_moments(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
                                   const Shape& unmoved, solve::Work& work, int& iterations, double& farthest) {
-    SolveOptions rough = options;
-    rough.tolerance = std::max(options.tolerance, 1e-6);  // only the last step has to be exact
+    const SolveOptions rough = loosened(options, 1e-6);  // only the last step has to be exact
     PathSettings settings;
     settings.tolerance = rough.tolerance;
     settings.first_step = 0.1, settings.largest_step = 1.0;
@@ -79,8 +78,7 @@ std::optional<Shape> stiffen(const Geometry& geometry, const Scene& scene, const
         return softened(rod).axial < rod.section.axial || softened(rod).shear < rod.section.shear;
     });
     if (!softer) return std::nullopt;
-    SolveOptions rough = options;
-    rough.tolerance = std::max(options.tolerance, 1e-6);
+    const SolveOptions rough = loosened(options, 1e-6);
     const std::optional<Attempt> soft = stable_below(geometry, stiffened(scene, 0.0), rough, work, descended);
     if (!soft) return std::nullopt;
     PathSettings settings;

@@ -209,8 +209,7 @@ double Equilibrium::stay_perpendicular(const Border& border) {
 
 Moves Equilibrium::response_to_parameter(const Shape& shape, const Border& border) {
     differ(shape, border);
-    Moves response = moves_;
-    return response;
+    return moves_;
 }
 
 double Equilibrium::force_scale(const Shape& shape) const {

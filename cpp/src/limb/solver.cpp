@@ -90,9 +90,8 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     // Both sides of a ridge lead down: where the far side ends in another stable posture, the message says so.
     const auto second_posture = [&](const Ridge& ridge, const Attempt& first) -> std::string {
         if (!ridge.other || !solution.conservative) return "";
-        SolveOptions rough = options;
-        rough.tolerance = std::max(options.tolerance, 1e-4);
-        const std::optional<Attempt> second = stable_below(geometry, scene, rough, work, *ridge.other);
+        const std::optional<Attempt> second =
+            stable_below(geometry, scene, loosened(options, 1e-4), work, *ridge.other);
         if (!second || distance(geometry, first.shape, second->shape) < 0.01) return "";
         const double away = (second->shape.plates.back().position - first.shape.plates.back().position).norm();
         return "; another stable posture exists, its tip " + millimetres(away) + " mm away";
@@ -143,19 +142,15 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     double carried = 0.0;  // share of the loads without potential, where they were grown
     for (const int parts : {4, 8, 16, finest}) {
         if (work.exhausted()) break;
-        for (RodShape& rod : shape.rods) split_elements(rod, std::max(1, parts / rod.elements()));
-        DescentReport fine = descend(geometry, scene, work, shape, solution.descent_iterations);
-        if (fine.ridge && !ridge) ridge = std::move(fine.ridge);
-        Shape warm = shape;
-        set_geodesic_wrenches(scene, warm, Stiffness::softened);
         // From a mesh that is fine enough Newton takes three to six iterations. One that takes many more is lost, and a
         // finer mesh costs less than to wait for it.
         SolveOptions brief = options;
         if (parts < finest) brief.max_iterations = std::min(options.max_iterations, 12);
-        Attempt attempt = refine(scene, brief, work, equilibrium, warm, solution.iterations);
+        auto [fine, attempt, stayed] = attempt_on_mesh(scene, brief, work, equilibrium, parts, shape,
+                                                       solution.descent_iterations, solution.iterations);
+        if (fine.ridge && !ridge) ridge = std::move(fine.ridge);
         if (attempt.converged()) {
-            const bool same = distance(geometry, attempt.shape, shape) < 3.0 / parts;
-            if (same && good_enough(attempt)) {
+            if (stayed && good_enough(attempt)) {
                 std::string message = "converged";
                 if (unstable || (ridge && attempt.stable() && is_unstable_posture(ridge->top)))
                     message += "; an unstable posture was met first and left along its mode";
@@ -172,11 +167,9 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         const bool descent_lost = fine.status != SolveStatus::converged;
         if (solution.conservative || carried > 0.0 || (parts < 16 && !descent_lost)) continue;
         // No potential to descend and no luck near where the work led: the loads themselves are the way.
-        SolveOptions rough = options;
-        rough.tolerance = std::max(options.tolerance, 1e-6);
         const Scene bare = with_moments(scene, 0.0);
         if (!bare.conservative()) continue;  // a moment that is no number does not vanish at no share
-        const Solution unmoved = solve(geometry, bare, rough, nullptr);
+        const Solution unmoved = solve(geometry, bare, loosened(options, 1e-6), nullptr);
         solution.iterations += unmoved.iterations;
         if (unmoved.status != SolveStatus::converged) continue;
         const std::optional<Shape> grown =
@@ -193,7 +186,11 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         for (const std::optional<Shape>* side : {&rim.taken, &rim.other}) {
             if (!*side) continue;
             const std::optional<Attempt> below = stable_below(geometry, scene, options, work, **side);
-            if (below) return accept(*below, "converged; beyond a posture that ends just before this scene, at a fold");
+            if (!below) continue;
+            // Once more with the equilibrium at hand: reactions belong to its last linearisation.
+            const Attempt full = refine(scene, options, work, equilibrium, below->shape, solution.iterations);
+            if (full.stable())
+                return accept(full, "converged; beyond a posture that ends just before this scene, at a fold");
         }
     }
     if (!unstable) {

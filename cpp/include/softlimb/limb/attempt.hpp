@@ -26,6 +26,20 @@ DescentReport descend(const Geometry& geometry, const Scene& scene, solve::Work&
 Attempt refine(const Scene& scene, const SolveOptions& options, solve::Work& work, Equilibrium& equilibrium,
                Shape shape, int& iterations);
 
+/// The same options with a tolerance no tighter than `tolerance`: for steps on the way, which need not be exact.
+SolveOptions loosened(SolveOptions options, double tolerance);
+
+/// Splits the rods of `shape` into `parts` elements at least, descends, and tries exact Newton from there. `shape` is
+/// left where the descent ended.
+struct MeshAttempt {
+    DescentReport descent;
+    Attempt attempt;
+    bool stayed = false;  // converged, and within what the mesh may err of where the descent ended
+};
+MeshAttempt attempt_on_mesh(const Scene& scene, const SolveOptions& options, solve::Work& work,
+                            Equilibrium& equilibrium, int parts, Shape& shape, int& descent_iterations,
+                            int& newton_iterations);
+
 /// The stable equilibrium to which a shape on a mesh slides down, if the exact rods have one there.
 std::optional<Attempt> stable_below(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
                                     solve::Work& work, Shape shape);

@@ -20,13 +20,18 @@ public:
     /// Takes `amount` evaluations off the budget; false when it is used up. Raises Interrupted.
     bool spend(long amount) {
         left_ -= amount;
+        pass_time(amount);
+        return left_ > 0;
+    }
+
+    /// For work that takes as long as `amount` evaluations but belongs to a step already paid for. Raises Interrupted.
+    void pass_time(long amount) {
         unasked_ += amount;
         // An evaluation takes a few microseconds: the caller is asked about every ten milliseconds.
         if (unasked_ > 3000 && interrupted_) {
             unasked_ = 0;
             if (interrupted_()) throw Interrupted();
         }
-        return left_ > 0;
     }
     bool exhausted() const { return left_ <= 0; }
 
