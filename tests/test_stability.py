@@ -491,7 +491,7 @@ def random_scene(seed: int) -> tuple[sl.Limb, dict[str, Any], Any, Any]:
 
 
 # Seeds whose first equilibrium is unstable, by one to nine modes, and stable ones with partly held plates.
-UNSTABLE = (1, 2, 3, 9, 11, 12, 15, 17, 19, 21, 32, 36, 43, 75)
+UNSTABLE = (1, 2, 3, 9, 11, 12, 17, 19, 32, 36, 43, 75)
 STABLE = (0, 4, 7, 24, 30, 42, 60)
 
 

@@ -18,7 +18,7 @@ CPP_MAY_USE = {
     "materials": set(),
     "solve": set(),
     "actuator": {"materials", "solve"},
-    "rod": set(),
+    "rod": {"solve"},
     "limb": {"rod", "solve"},
 }
 

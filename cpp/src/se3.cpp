@@ -74,12 +74,7 @@ Vector3 log_so3(const Matrix3& r) {
     return (angle / sine) * q.vec();
 }
 
-Matrix3 orthonormalised(const Matrix3& r) {
-    // Newton's iteration for the polar factor: quadratic from anything nearly orthogonal.
-    Matrix3 x = r;
-    for (int k = 0; k < 4; ++k) x = 0.5 * x * (3.0 * Matrix3::Identity() - x.transpose() * x);
-    return x;
-}
+Matrix3 orthonormalised(const Matrix3& r) { return 1.5 * r - 0.5 * r * (r.transpose() * r); }
 
 Matrix3 left_jacobian_inverse(const Vector3& phi) {
     const double z = phi.squaredNorm();

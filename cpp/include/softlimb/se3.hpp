@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "softlimb/vec3.hpp"
+
 namespace softlimb {
 
 using Vector3 = Eigen::Vector3d;
@@ -13,6 +15,9 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector12 = Eigen::Matrix<double, 12, 1>;
 using Matrix12 = Eigen::Matrix<double, 12, 12>;
+
+inline Vec3<double> vec3(const Vector3& a) { return {a.x(), a.y(), a.z()}; }
+inline Vector3 eigen(const Vec3<double>& a) { return {a.x, a.y, a.z}; }
 
 /// Skew matrix: hat(a) b = a x b.
 inline Matrix3 hat(const Vector3& a) {
@@ -35,7 +40,8 @@ struct Pose {
 Matrix3 exp_so3(const Vector3& w);
 /// Rotation vector of `r`, angle in [0, pi].
 Vector3 log_so3(const Matrix3& r);
-/// Nearest rotation matrix (polar factor) of a nearly orthogonal one.
+/// One step of Newton's iteration towards the nearest rotation: enough for a product of rotations, which is one to
+/// rounding, and must still be one many products later.
 Matrix3 orthonormalised(const Matrix3& r);
 /// Inverse left Jacobian of SO(3): the rotation vector phi of exp(phi) changes by J_l^-1(phi) dtheta when the rotation
 /// is turned by dtheta (outer frame).

@@ -38,18 +38,19 @@ DescentReport descend(const Geometry& geometry, const Scene& scene, solve::Work&
 }
 
 Attempt refine(const Scene& scene, const SolveOptions& options, solve::Work& work, Equilibrium& equilibrium,
-               Shape shape, int& iterations) {
+               Shape shape, int& iterations, double largest_piece) {
     Attempt attempt;
     NewtonSettings settings;
     settings.tolerance = options.tolerance;
     settings.max_iterations = options.max_iterations;
-    choose_mesh(scene, options.tolerance, shape);
+    choose_mesh(scene, options.tolerance, shape, largest_piece);
     attempt.shape = std::move(shape);
     for (int round = 0; round < 4; ++round) {
         attempt.report = equilibrium.solve(attempt.shape, settings, work);
         iterations += attempt.report.iterations;
-        if (!attempt.converged() || largest_activity(scene, attempt.shape) < 3.0) break;
-        choose_mesh(scene, options.tolerance, attempt.shape);
+        if (!attempt.converged() || largest_activity(scene, attempt.shape) < largest_countable_piece)
+            break;
+        choose_mesh(scene, options.tolerance, attempt.shape, largest_piece);
     }
     return attempt;
 }

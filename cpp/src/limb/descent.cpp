@@ -74,7 +74,7 @@ bool Descent::linearise(const Shape& shape) {
 
 bool Descent::factor(const Shape& shape, double multiplier) {
     for (std::size_t i = 0; i < chains_.size(); ++i)
-        if (!chains_[i].condense(multiplier * node_metric_[i], true, true).regular) return false;
+        if (!chains_[i].condense(multiplier * node_metric_[i], true, true)) return false;
     balance_.assemble(geometry_, scene_, shape.plates, chains_, true);
     balance_.apply_holds(scene_, shape.plates, true);
     for (int j = 0; j < geometry_.plates(); ++j) balance_.add_shift(j, multiplier * plate_metric_[j]);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "softlimb/largest.hpp"
 #include "softlimb/limb/start.hpp"
@@ -35,52 +36,71 @@ constexpr double pin_of_newton = 1e-7;
 
 }  // namespace
 
-void choose_mesh(const Scene& scene, double tolerance, Shape& shape) {
+namespace {
+
+/// Largest activity of the rod's pieces were they of this length; wrenches at every node, the last one's from the balance
+/// of the last piece without its weight.
+double rod_activity(const Section& section, const RodShape& rod, double length) {
+    double z = 0.0;
+    for (const Vector6& w : rod.wrenches) z = std::max(z, activity(section, w, length));
+    const std::size_t last = rod.wrenches.size() - 1;
+    Vector6 end = rod.wrenches[last];
+    end.tail<3>() -= (rod.nodes[last + 1].position - rod.nodes[last].position).cross(Vector3(end.head<3>()));
+    return std::max(z, activity(section, end, length));
+}
+
+}  // namespace
+
+void choose_mesh(const Scene& scene, double tolerance, Shape& shape, double largest_piece) {
     // One eighth-order step over an activity z errs by about 1e-7 z^8 of its length (median over random wrenches 4e-8,
-    // worst 6e-6: tests/test_integrators.py); the check with half the step catches the rest. A piece of activity
-    // above 1.5 makes Newton's basin small.
-    constexpr double largest_piece = 1.5, error_of_unit_step = 1e-7;
+    // worst 6e-6: tests/test_integrators.py); the check with half the step catches the rest.
+    constexpr double error_of_unit_step = 1e-7, largest_step = 2.2;
     // Wrenches of a shape far from balance ask for any number of pieces, and each call splits what it finds: a rod of
     // growth e^80 needs 54, one of forty turns 168.
     constexpr double largest_rod = 400.0;
-    const double step = std::clamp(std::pow(0.1 * tolerance / error_of_unit_step, 0.125), 0.1, largest_piece);
+    const double step = std::clamp(std::pow(3.0 * tolerance / error_of_unit_step, 0.125), 0.1, largest_step);
     for (std::size_t i = 0; i < shape.rods.size(); ++i) {
         RodShape& rod = shape.rods[i];
         const Section& section = scene.rods[i].section;
-        const double length = scene.rods[i].rest_length / rod.elements();
-        double z = 0.0;
-        for (const Vector6& w : rod.wrenches) z = std::max(z, activity(section, w, length));
-        z = std::min(z, std::max(largest_piece, largest_rod / rod.elements()));
-        split_elements(rod, std::max(1, static_cast<int>(std::ceil(z / largest_piece))));
-        const double piece = z / std::max(1.0, std::ceil(z / largest_piece));
+        const double whole = std::min(rod_activity(section, rod, scene.rods[i].rest_length),
+                                      std::max(largest_piece * rod.elements(), largest_rod));
+        const int wanted = std::max(1, static_cast<int>(std::ceil(whole / largest_piece)));
+        if (wanted > rod.elements())
+            split_elements(rod, (wanted + rod.elements() - 1) / rod.elements());
+        else if (largest_piece > newton_piece)
+            merge_elements(rod, wanted);
+        const double piece = whole / rod.elements();
         rod.integration = {8, std::max(1, static_cast<int>(std::ceil(piece / step)))};
     }
 }
 
 double largest_activity(const Scene& scene, const Shape& shape) {
     double largest = 0.0;
-    for (std::size_t i = 0; i < shape.rods.size(); ++i) {
-        const double length = scene.rods[i].rest_length / shape.rods[i].elements();
-        for (const Vector6& w : shape.rods[i].wrenches)
-            largest = std::max(largest, activity(scene.rods[i].section, w, length));
-    }
+    for (std::size_t i = 0; i < shape.rods.size(); ++i)
+        largest = std::max(largest, rod_activity(scene.rods[i].section, shape.rods[i],
+                                                 scene.rods[i].rest_length / shape.rods[i].elements()));
     return largest;
 }
 
 void Equilibrium::resize(const Shape& shape) {
     const std::size_t rods = shape.rods.size();
-    chains_.resize(rods), exact_.resize(rods);
+    chains_.resize(rods), exact_.resize(rods), ends_.resize(rods), ends_after_.resize(rods);
     loads_.resize(rods), gaps_.resize(rods), interior_.resize(rods), rod_forces_.resize(rods);
     double length = 0.0;
     for (std::size_t i = 0; i < rods; ++i) {
         const int elements = shape.rods[i].elements();
         chains_[i].resize(elements), exact_[i].resize(elements);
+        ends_[i].resize(elements), ends_after_[i].resize(elements);
         loads_[i].assign(elements, Vector12::Zero());
         gaps_[i].assign(elements, Vector6::Zero());
         interior_[i].assign(elements + 1, Vector6::Zero());
         length += scene_.rods[i].rest_length / static_cast<double>(rods);
     }
+    int pieces = 0;
+    for (const RodShape& rod : shape.rods) pieces += rod.elements();
+    batch_.reserve(pieces);
     balance_.resize(geometry_.plates());
+    symmetric_.resize(geometry_.plates());
     moves_.set_zero(geometry_, shape);
     plate_forces_.assign(geometry_.plates(), Vector6::Zero());
     carried_.assign(geometry_.plates(), Vector6::Zero());
@@ -89,18 +109,39 @@ void Equilibrium::resize(const Shape& shape) {
     length_scale_ = 0.5 * length;
 }
 
+template <class Add>
+void Equilibrium::integrate(const Scene& scene, const Shape& shape, int finer, Add&& add) {
+    // Pieces with equal numbers of steps run side by side; a limb has one to three such numbers.
+    for (int steps = 0, next; steps < std::numeric_limits<int>::max(); steps = next) {
+        next = std::numeric_limits<int>::max();
+        batch_.clear();
+        for (std::size_t i = 0; i < shape.rods.size(); ++i) {
+            const RodShape& rod = shape.rods[i];
+            if (rod.integration.steps > steps) next = std::min(next, rod.integration.steps);
+            if (rod.integration.steps != steps) continue;
+            const rod::RodPiece part = piece_of(scene, static_cast<int>(i), shape);
+            for (int e = 0; e < rod.elements(); ++e) add(part, i, e);
+        }
+        if (steps > 0) batch_.run(finer * steps);
+    }
+}
+
+void Equilibrium::shoot(const Scene& scene, const Shape& shape, int finer,
+                        std::vector<std::vector<rod::EndState>>& ends) {
+    integrate(scene, shape, finer, [&](const rod::RodPiece& part, std::size_t i, int e) {
+        batch_.add(part, shape.rods[i].nodes[e], shape.rods[i].wrenches[e], ends[i][e]);
+    });
+}
+
 bool Equilibrium::linearise(const Shape& shape) {
-    rod_modes_ = 0;
-    for (std::size_t i = 0; i < shape.rods.size(); ++i) {
-        const rod::RodPiece part = piece(static_cast<int>(i), shape);
+    integrate(scene_, shape, 1, [&](const rod::RodPiece& part, std::size_t i, int e) {
         const RodShape& rod = shape.rods[i];
-        for (int e = 0; e < rod.elements(); ++e)
-            if (!exact_[i][e].linearise(part, rod.nodes[e], rod.nodes[e + 1], rod.wrenches[e], rod.integration,
-                                        chains_[i].element(e)))
-                return false;
-        const rod::Chain::Pivots pivots = chains_[i].condense(shift_, false, false);
-        if (!pivots.regular) return false;
-        rod_modes_ += pivots.negative;
+        batch_.add(part, rod.nodes[e], rod.wrenches[e], exact_[i][e].target(rod.nodes[e + 1], chains_[i].element(e)));
+    });
+    for (std::size_t i = 0; i < shape.rods.size(); ++i) {
+        for (const rod::ExactElement& element : exact_[i])
+            if (!element.regular()) return false;
+        if (!chains_[i].condense(shift_, false, false)) return false;
     }
     balance_.assemble(geometry_, scene_, shape.plates, chains_, false);
     balance_.apply_holds(scene_, shape.plates, false);
@@ -124,12 +165,11 @@ void Equilibrium::propose(const Shape& shape) {
 
 bool Equilibrium::check_finer(const Shape& shape) {
     // The same balance with half the step: its residual, met by the stiffness at hand, is the error of the answer.
+    shoot(scene_, shape, 2, ends_);
     for (std::size_t r = 0; r < shape.rods.size(); ++r) {
-        const rod::RodPiece part = piece(static_cast<int>(r), shape);
         const RodShape& rod = shape.rods[r];
-        const rod::Integration finer{rod.integration.order, 2 * rod.integration.steps};
         for (int e = 0; e < rod.elements(); ++e) {
-            const rod::EndState end = rod::end_of(part, rod.nodes[e], rod.wrenches[e], finer);
+            const rod::EndState& end = ends_[r][e];
             if (!end.pose.finite() || !end.wrench.allFinite()) return false;
             gaps_[r][e] = rod::pose_gap(end.pose, rod.nodes[e + 1]);
             const Vector6 change = exact_[r][e].wrench_for_gap(gaps_[r][e]);
@@ -171,13 +211,12 @@ bool Equilibrium::differ(const Shape& shape, const Border& border) {
     // Slope of the residual to the parameter by a central difference, everything that a scene may change included. The
     // slope only steers: an error of 1e-9 in it turns a tangent by as much and moves no answer.
     const double per_span = 1.0 / border.span;
+    shoot(border.before, shape, 1, ends_);
+    shoot(border.after, shape, 1, ends_after_);
     for (std::size_t r = 0; r < shape.rods.size(); ++r) {
-        const rod::RodPiece before = piece_of(border.before, static_cast<int>(r), shape);
-        const rod::RodPiece after = piece_of(border.after, static_cast<int>(r), shape);
         const RodShape& rod = shape.rods[r];
         for (int e = 0; e < rod.elements(); ++e) {
-            const rod::EndState a = rod::end_of(before, rod.nodes[e], rod.wrenches[e], rod.integration);
-            const rod::EndState b = rod::end_of(after, rod.nodes[e], rod.wrenches[e], rod.integration);
+            const rod::EndState &a = ends_[r][e], &b = ends_after_[r][e];
             gaps_[r][e] = per_span * rod::pose_gap(b.pose, a.pose);
             if (!gaps_[r][e].allFinite() || !a.wrench.allFinite() || !b.wrench.allFinite()) return false;
             const Vector6 change = exact_[r][e].wrench_for_gap(gaps_[r][e]);
@@ -381,33 +420,34 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
 }
 
 void Equilibrium::judge(const Shape& shape, NewtonReport& report, double step) {
-    // A move changes the plates' stiffness by about the forces times their arms.
-    const double margin = step * force_scale(shape) * geometry_.length;
+    // A move changes the plates' stiffness by about the forces times their arms; and a mode this near to zero is looked
+    // at again, whatever its sign.
+    const double neutral = pin_of_count() * mean_bending() / geometry_.length;
     NewtonReport doubtful = report;
-    count_modes(doubtful, margin);
+    count_modes(doubtful, std::max(neutral, step * force_scale(shape) * geometry_.length));
     report.plate_modes = doubtful.plate_modes, report.rod_modes = doubtful.rod_modes;
-    if (doubtful.plate_modes + doubtful.rod_modes == 0) return;
-    if (step > 0.0) {
-        if (!linearise(shape)) return;
-        count_modes(report);
+    if (doubtful.modes() == 0) return;
+    if (step > 0.0 && !linearise(shape)) return;
+    count_modes(report);
+    if (report.neutral_mode) return;
+    if (report.modes() == 0) {
+        count_modes(doubtful, neutral);
+        report.neutral_mode = doubtful.modes() > 0;
+        return;
     }
-    const int modes = report.plate_modes + report.rod_modes;
-    if (modes == 0 || report.neutral_mode) return;
     pin(pin_of_count());
     NewtonReport pinned = report;
     if (!linearise(shape)) return;
     count_modes(pinned);
-    if (pinned.plate_modes + pinned.rod_modes >= modes) return;
+    if (pinned.modes() >= report.modes()) return;
     report = pinned;
     report.neutral_mode = true;
 }
 
-void Equilibrium::count_modes(NewtonReport& report, double margin) const {
+void Equilibrium::count_modes(NewtonReport& report, double margin) {
     // Inertia of the symmetric part, confined to the free freedoms on both sides; Sylvester's law adds the pivots up.
     const solve::BlockTridiagonal& k = balance_.system();
-    solve::BlockTridiagonal symmetric;
-    symmetric.resize(k.rows());
-    symmetric.set_zero();
+    solve::BlockTridiagonal& symmetric = symmetric_;
     for (int j = 0; j < k.rows(); ++j) {
         const Matrix6& p = balance_.projector(j);
         const Matrix6 free = p * k.diagonal[j] * p;
@@ -421,8 +461,8 @@ void Equilibrium::count_modes(NewtonReport& report, double margin) const {
         symmetric.upper[j] = 0.5 * p * (k.upper[j] + k.lower[j + 1].transpose()) * next;
         symmetric.lower[j + 1] = symmetric.upper[j].transpose();
     }
-    report.rod_modes = rod_modes_;
-    report.plate_modes = 0;
+    report.rod_modes = report.plate_modes = 0;
+    for (const rod::Chain& chain : chains_) report.rod_modes += chain.negative_pivots();
     if (!symmetric.factor()) return;
     for (const Matrix6& pivot : symmetric.pivots()) report.plate_modes += rod::negative_eigenvalues(pivot);
 }
@@ -479,7 +519,7 @@ Moves Equilibrium::softest_move(const Shape& shape) {
     double phase = 1.0;
     for (Vector6& x : seed.plates) x.setConstant(std::sin(phase += 1.7));
     for (auto& nodes : seed.nodes)
-        for (Vector6& x : nodes) x << std::sin(phase += 1.7), std::cos(phase), 0.5, std::sin(2.0 * phase), 1.0, 0.3;
+        for (Vector6& x : nodes) phase += 1.7, x << std::sin(phase), std::cos(phase), 0.5, std::sin(2.0 * phase), 1.0, 0.3;
     neutral_.assign(1, seed);
     constexpr int rounds = 8;
     for (int round = 0; round < rounds; ++round) find_neutral(shape);
@@ -492,12 +532,16 @@ void Equilibrium::leave_out_neutral() {
     for (const Moves& z : neutral_) moves_.add(-inner_product(moves_, z, geometry_.length), z);
 }
 
-void Equilibrium::pin(double share) {
-    // In units of what it takes to bend the whole limb: short rods are far stiffer, but no mode is softer for them.
+double Equilibrium::mean_bending() const {
     double bending = 0.0;
     for (const RodAtPressure& rod : scene_.rods)
         bending += rod.section.bending / static_cast<double>(scene_.rods.size());
-    const double stiffness = share * bending / geometry_.length;
+    return bending;
+}
+
+void Equilibrium::pin(double share) {
+    // In units of what it takes to bend the whole limb: short rods are far stiffer, but no mode is softer for them.
+    const double stiffness = share * mean_bending() / geometry_.length;
     shift_.head<3>().setConstant(stiffness / (geometry_.length * geometry_.length));
     shift_.tail<3>().setConstant(stiffness);
 }
@@ -549,6 +593,9 @@ Vector6 Equilibrium::base_wrench(const Shape& shape) const {
 }
 
 std::vector<Vector6> Equilibrium::reactions(const Shape& shape) const {
+    std::vector<Vector6> reactions(geometry_.plates(), Vector6::Zero());
+    if (std::none_of(scene_.holds.begin(), scene_.holds.end(), [](const Hold& hold) { return hold.any(); }))
+        return reactions;
     // What the rods ask of a held plate beyond its loads, from the final wrenches by integration to the rods' ends.
     std::vector<Vector12> ends(shape.rods.size());
     for (std::size_t i = 0; i < shape.rods.size(); ++i) {
@@ -558,7 +605,6 @@ std::vector<Vector6> Equilibrium::reactions(const Shape& shape) const {
             rod::end_of(piece(static_cast<int>(i), shape), rod.nodes[last], rod.wrenches[last], rod.integration);
         ends[i] << -rod.wrenches.front(), end.wrench;
     }
-    std::vector<Vector6> reactions(geometry_.plates());
     Balance::carry(geometry_, shape.plates, ends, reactions);
     for (int j = 0; j < geometry_.plates(); ++j) {
         reactions[j] -= plate_load(geometry_, scene_, shape.plates[j], j, nullptr);

@@ -21,8 +21,8 @@ bool diverges(const Eigen::MatrixXd& stiffness) {
     return false;
 }
 
-void fill(const Scene& scene, const Equilibrium& equilibrium, const Attempt& attempt, Solution& solution) {
-    solution.shape = attempt.shape;
+void fill(const Scene& scene, const Equilibrium& equilibrium, Attempt attempt, Solution& solution) {
+    solution.shape = std::move(attempt.shape);
     solution.status = attempt.report.status;
     solution.residual = attempt.report.residual;
     solution.error_estimate = attempt.report.error_estimate;
@@ -70,13 +70,13 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     Equilibrium equilibrium(geometry, scene);
     std::optional<Attempt> unstable;  // found on the way, in case nothing better turns up
 
-    const auto accept = [&](const Attempt& attempt, std::string message) {
-        fill(scene, equilibrium, attempt, solution);
+    const auto accept = [&](Attempt attempt, std::string message) {
+        fill(scene, equilibrium, std::move(attempt), solution);
         if (!solution.stable && !solution.conservative) message += "; not stable: a small push would grow (divergence)";
         if (attempt.report.neutral_mode)
             message += "; a move of the limb costs nothing here: the posture is one of many equal ones";
         solution.message = std::move(message);
-        return solution;
+        return std::move(solution);
     };
     // A saddle of the mesh is worth a word only if the exact rods have an unstable posture there too.
     const auto is_unstable_posture = [&](Shape shape) {
@@ -106,12 +106,12 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         // A start far from the answer is worth a few steps only: the descent does better from there.
         SolveOptions brief = options;
         if (options.prefer_stable) brief.max_iterations = std::min(options.max_iterations, 15);
-        Attempt attempt = refine(scene, brief, work, equilibrium, shape, solution.iterations);
+        Attempt attempt = refine(scene, brief, work, equilibrium, shape, solution.iterations, warm_piece);
         // A full Newton from a warm start may still run away to another posture: it must stay within reach.
         if (attempt.converged() && (!options.prefer_stable || distance(geometry, attempt.shape, shape) < 2.0)) {
             if (good_enough(attempt)) {
                 solution.plan.push_back("started from the given posture: Newton alone");
-                return accept(attempt, "converged from the given start");
+                return accept(std::move(attempt), "converged from the given start");
             }
             unstable = attempt;
             shape = attempt.shape;
@@ -119,15 +119,22 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     } else {
         shape = geodesic_shape(geometry, scene, constant_curvature_plates(geometry, scene), 1);
         set_geodesic_wrenches(scene, shape, Stiffness::softened);
-        if (!options.prefer_stable) {
-            Shape fine = shape;
-            for (RodShape& rod : fine.rods) split_elements(rod, 4);
-            set_geodesic_wrenches(scene, fine, Stiffness::softened);
-            Attempt attempt = refine(scene, options, work, equilibrium, fine, solution.iterations);
-            if (attempt.converged()) {
-                solution.plan.push_back("started from constant curvature: Newton alone, any equilibrium accepted");
-                return accept(attempt, attempt.stable() ? "converged" : "converged to an unstable posture, as allowed");
-            }
+        // Exact Newton on a short leash from there: three of four hanging limbs need no more. What it finds is taken when
+        // it is stable; any other end costs a few iterations and leaves the way down to the descent.
+        constexpr int patience = 15;
+        SolveOptions brief = options;
+        if (options.prefer_stable) brief.max_iterations = std::min(options.max_iterations, patience);
+        Shape fine = shape;
+        for (RodShape& rod : fine.rods) split_elements(rod, 4);
+        set_geodesic_wrenches(scene, fine, Stiffness::softened);
+        Attempt attempt = refine(scene, brief, work, equilibrium, std::move(fine), solution.iterations);
+        if (attempt.stable() && options.prefer_stable) {
+            solution.plan.push_back("no start given: Newton from constant curvature");
+            return accept(std::move(attempt), "converged");
+        }
+        if (attempt.converged() && !options.prefer_stable) {
+            solution.plan.push_back("started from constant curvature: Newton alone, any equilibrium accepted");
+            return accept(attempt, attempt.stable() ? "converged" : "converged to an unstable posture, as allowed");
         }
     }
 

@@ -135,4 +135,14 @@ void split_elements(RodShape& rod, int parts) {
     rod.wrenches = std::move(wrenches);
 }
 
+void merge_elements(RodShape& rod, int wanted) {
+    int group = rod.elements() / std::max(1, wanted);
+    while (group > 1 && rod.elements() % group != 0) --group;
+    if (group <= 1) return;
+    const int left = rod.elements() / group;
+    for (int e = 1; e < left; ++e) rod.nodes[e] = rod.nodes[e * group], rod.wrenches[e] = rod.wrenches[e * group];
+    rod.nodes[left] = rod.nodes.back();
+    rod.nodes.resize(left + 1), rod.wrenches.resize(left);
+}
+
 }  // namespace softlimb::limb

@@ -1,14 +1,16 @@
 #include "softlimb/rod/chain.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+
+#include "softlimb/solve/block6.hpp"
 
 namespace softlimb::rod {
 
 int negative_eigenvalues(const Matrix6& pivot) {
     const Matrix6 symmetric = 0.5 * (pivot + pivot.transpose());
     // Nearly every pivot is positive definite; Cholesky says so at a tenth of the cost.
-    if (Eigen::LLT<Matrix6>(symmetric).info() == Eigen::Success) return 0;
+    Matrix6 lower;
+    if (solve::cholesky(symmetric, lower)) return 0;
     const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(symmetric, Eigen::EigenvaluesOnly);
     return static_cast<int>((eigen.eigenvalues().array() < 0.0).count());
 }
@@ -18,44 +20,38 @@ void Chain::resize(int elements) {
     eliminations_.resize(elements > 0 ? elements - 1 : 0);
 }
 
-Chain::Pivots Chain::condense(const Vector6& shift, bool symmetric, bool need_positive) {
-    Pivots pivots;
+bool Chain::condense(const Vector6& shift, bool symmetric, bool need_positive) {
     ends_ = elements_[0];
     for (int k = 1; k < elements(); ++k) {
         const ElementStiffness& next = elements_[k];
         Elimination& e = eliminations_[k - 1];
-        Matrix6 pivot = ends_.stiffness.bottomRightCorner<6, 6>() + next.stiffness.topLeftCorner<6, 6>();
-        pivot.diagonal() += shift;
-        if (symmetric) pivot = 0.5 * (pivot + pivot.transpose()).eval();
-        if (need_positive) {
-            const Eigen::LLT<Matrix6> cholesky(pivot);
-            if (cholesky.info() != Eigen::Success) {
-                pivots.regular = false;
-                return pivots;
-            }
-            e.inverse = cholesky.solve(Matrix6::Identity());
-        } else {
-            pivots.negative += negative_eigenvalues(pivot);
-            e.inverse = pivot.partialPivLu().inverse();
-        }
-        if (!e.inverse.allFinite()) {
-            pivots.regular = false;
-            return pivots;
-        }
+        e.pivot = ends_.stiffness.bottomRightCorner<6, 6>() + next.stiffness.topLeftCorner<6, 6>();
+        e.pivot.diagonal() += shift;
+        if (symmetric) e.pivot = 0.5 * (e.pivot + e.pivot.transpose()).eval();
+        const bool regular =
+            need_positive ? solve::invert_positive(e.pivot, e.inverse) : solve::invert(e.pivot, e.inverse);
+        if (!regular) return false;
         e.first_row = ends_.stiffness.topRightCorner<6, 6>();
         e.next_row = next.stiffness.bottomLeftCorner<6, 6>();
-        e.by_first = e.inverse * ends_.stiffness.bottomLeftCorner<6, 6>();
-        e.by_next = e.inverse * next.stiffness.topRightCorner<6, 6>();
+        e.by_first.noalias() = e.inverse * ends_.stiffness.bottomLeftCorner<6, 6>();
+        e.by_next.noalias() = e.inverse * next.stiffness.topRightCorner<6, 6>();
         e.right = e.inverse * (ends_.force.tail<6>() + next.force.head<6>());
 
-        ends_.stiffness.topLeftCorner<6, 6>() -= e.first_row * e.by_first;
-        ends_.stiffness.topRightCorner<6, 6>() = -e.first_row * e.by_next;
-        ends_.stiffness.bottomLeftCorner<6, 6>() = -e.next_row * e.by_first;
-        ends_.stiffness.bottomRightCorner<6, 6>() = next.stiffness.bottomRightCorner<6, 6>() - e.next_row * e.by_next;
+        ends_.stiffness.topLeftCorner<6, 6>().noalias() -= e.first_row * e.by_first;
+        ends_.stiffness.topRightCorner<6, 6>().noalias() = -e.first_row * e.by_next;
+        ends_.stiffness.bottomLeftCorner<6, 6>().noalias() = -e.next_row * e.by_first;
+        ends_.stiffness.bottomRightCorner<6, 6>() = next.stiffness.bottomRightCorner<6, 6>();
+        ends_.stiffness.bottomRightCorner<6, 6>().noalias() -= e.next_row * e.by_next;
         ends_.force.head<6>() -= e.first_row * e.right;
         ends_.force.tail<6>() = next.force.tail<6>() - e.next_row * e.right;
     }
-    return pivots;
+    return true;
+}
+
+int Chain::negative_pivots() const {
+    int negative = 0;
+    for (const Elimination& e : eliminations_) negative += negative_eigenvalues(e.pivot);
+    return negative;
 }
 
 void Chain::recover(std::vector<Vector6>& nodes) const {

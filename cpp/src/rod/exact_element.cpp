@@ -104,14 +104,17 @@ bool ExactElement::linearise(const RodPiece& piece, const Pose& first, const Pos
     const Compliances<double> k(*piece.section);
     Matrix6 end_by_wrench, wrench_by_pose;
 
-    const auto column = [](const auto& rows, int i) { return Vector3(rows[0][i], rows[1][i], rows[2][i]); };
     const auto read_wrench_columns = [&](const auto& z) {
         wrench_by_wrench_.setZero();
         for (int i = 0; i < 6; ++i) {
-            end_by_wrench.col(i) << column(z.position, i), column(z.rotation, i);
+            end_by_wrench.col(i) << eigen(z.column[i].position), eigen(z.column[i].rotation);
             if (i < 3) wrench_by_wrench_(i, i) = 1.0;
-            wrench_by_wrench_.col(i).tail<3>() = column(z.moment, i);
+            wrench_by_wrench_.col(i).tail<3>() = eigen(z.column[i].moment);
         }
+    };
+    const auto start_wrench_columns = [](auto& z) {
+        for (int i = 0; i < 3; ++i)
+            z.force[i] = vec3(Vector3::Unit(i)), z.column[3 + i].moment = vec3(Vector3::Unit(i));
     };
     end_by_pose_.setIdentity();
     wrench_by_pose.setZero();
@@ -119,12 +122,12 @@ bool ExactElement::linearise(const RodPiece& piece, const Pose& first, const Pos
         // Autonomous: turning base and wrench together turns the whole piece, so the three columns of the base rotation
         // follow from the six of the wrench.
         Columns<double, 6> z;
-        for (int i = 0; i < 3; ++i) z.force[i][i] = 1.0, z.moment[i][3 + i] = 1.0;
+        start_wrench_columns(z);
         with_method(integration.order, [&]<class Method>() {
             advance<Method, 6>(k, piece.load, piece.length, integration.steps, n, y, z);
         });
         read_wrench_columns(z);
-        Matrix6 turned = Matrix6::Zero();  // d(wrench) under a unit rotation, angular columns
+        Matrix6 turned = Matrix6::Zero();  // of the base wrench by the base rotation, when it turns along
         turned.block<3, 3>(0, 3) = -hat(force);
         turned.block<3, 3>(3, 3) = -hat(moment);
         end_by_pose_.block<3, 3>(0, 3) = -hat(eigen(y.position));
@@ -134,14 +137,16 @@ bool ExactElement::linearise(const RodPiece& piece, const Pose& first, const Pos
         wrench_by_pose.rightCols<3>() -= wrench_by_wrench_ * turned.rightCols<3>();
     } else {
         Columns<double, 9> z;
-        for (int i = 0; i < 3; ++i) z.force[i][i] = 1.0, z.moment[i][3 + i] = 1.0, z.rotation[i][6 + i] = 1.0;
+        start_wrench_columns(z);
+        for (int i = 0; i < 3; ++i) z.column[6 + i].rotation = vec3(Vector3::Unit(i));
         with_method(integration.order, [&]<class Method>() {
             advance<Method, 9>(k, piece.load, piece.length, integration.steps, n, y, z);
         });
         read_wrench_columns(z);
         for (int i = 0; i < 3; ++i) {
-            end_by_pose_.col(3 + i) << column(z.position, 6 + i), column(z.rotation, 6 + i);
-            wrench_by_pose.col(3 + i).tail<3>() = column(z.moment, 6 + i);
+            const Variation<double>& turned = z.column[6 + i];
+            end_by_pose_.col(3 + i) << eigen(turned.position), eigen(turned.rotation);
+            wrench_by_pose.col(3 + i).tail<3>() = eigen(turned.moment);
         }
     }
 
@@ -170,6 +175,48 @@ bool ExactElement::linearise(const RodPiece& piece, const Pose& first, const Pos
     out.stiffness.bottomRightCorner<6, 6>() = by_second;
     out.force << -(base_wrench - inverse * gap_), end_.wrench - by_second * gap_;
     return true;
+}
+
+lanes::Linear ExactElement::target(const Pose& second, ElementStiffness& out) {
+    return {second.position.data(),
+            second.rotation.data(),
+            {end_.pose.position.data(), end_.pose.rotation.data(), end_.wrench.data()},
+            gap_.data(),
+            end_by_pose_.data(),
+            end_by_wrench_inverse_.data(),
+            wrench_by_wrench_.data(),
+            out.force.data(),
+            out.stiffness.data(),
+            &regular_};
+}
+
+void Batch::reserve(int pieces) {
+    starts_.reserve(pieces);
+    linear_.reserve(pieces);
+    ends_.reserve(pieces);
+}
+
+void Batch::add(const RodPiece& piece, const Pose& base, const Vector6& base_wrench) {
+    const auto& [f, l] = piece.load;
+    starts_.push_back({piece.section,
+                       base.position.data(),
+                       base.rotation.data(),
+                       base_wrench.data(),
+                       piece.length,
+                       {f.x, f.y, f.z},
+                       {l.x, l.y, l.z}});
+    if (l.x != 0.0 || l.y != 0.0 || l.z != 0.0)
+        loads_ = lanes::Loads::any;
+    else if (loads_ == lanes::Loads::none && piece.loaded())
+        loads_ = lanes::Loads::force;
+}
+
+void Batch::run(int steps) const {
+    const int count = static_cast<int>(starts_.size());
+    if (!linear_.empty())
+        lanes::kernel().linearise(starts_.data(), linear_.data(), count, steps, loads_);
+    else
+        lanes::kernel().shoot(starts_.data(), ends_.data(), count, steps);
 }
 
 Vector6 ExactElement::wrench_change(const Vector6& first, const Vector6& second) const {

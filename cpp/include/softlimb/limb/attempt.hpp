@@ -13,7 +13,7 @@ struct Attempt {
     Shape shape;
     NewtonReport report;
     bool converged() const { return report.status == solve::SolveStatus::converged; }
-    bool stable() const { return converged() && report.plate_modes + report.rod_modes == 0; }
+    bool stable() const { return converged() && report.modes() == 0; }
 };
 
 /// Largest distance of two shapes' plates: translations relative to the limb, rotations in radians.
@@ -24,7 +24,7 @@ DescentReport descend(const Geometry& geometry, const Scene& scene, solve::Work&
 
 /// Exact Newton from a shape whose wrenches are set; refines the mesh until no piece is active enough to hide a mode.
 Attempt refine(const Scene& scene, const SolveOptions& options, solve::Work& work, Equilibrium& equilibrium,
-               Shape shape, int& iterations);
+               Shape shape, int& iterations, double largest_piece = newton_piece);
 
 /// The same options with a tolerance no tighter than `tolerance`: for steps on the way, which need not be exact.
 SolveOptions loosened(SolveOptions options, double tolerance);

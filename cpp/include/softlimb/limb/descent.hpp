@@ -7,6 +7,7 @@
 #include "softlimb/limb/balance.hpp"
 #include "softlimb/limb/moves.hpp"
 #include "softlimb/limb/scene.hpp"
+#include "softlimb/solve/room.hpp"
 #include "softlimb/solve/status.hpp"
 #include "softlimb/solve/work.hpp"
 
@@ -34,7 +35,16 @@ struct DescentReport {
     double energy = 0.0;
 };
 
-class Descent {
+/// What a descent works in, handed from one to the next on a thread.
+struct DescentRoom {
+    std::vector<Section> sections_;  // as the descent sees them, see `softened`
+    std::vector<rod::Chain> chains_;
+    Balance balance_;
+    Moves moves_;
+    std::vector<Vector6> node_metric_, plate_metric_;  // by rod and by plate
+};
+
+class Descent : private solve::Room<DescentRoom> {
 public:
     Descent(const Geometry& geometry, const Scene& scene, solve::Work& work)
         : geometry_(geometry), scene_(scene), work_(work) {}
@@ -64,11 +74,6 @@ private:
     const Scene& scene_;
     solve::Work& work_;
     long elements_ = 0;
-    std::vector<Section> sections_;  // as the descent sees them, see `softened`
-    std::vector<rod::Chain> chains_;
-    Balance balance_;
-    Moves moves_;
-    std::vector<Vector6> node_metric_, plate_metric_;  // by rod and by plate
     double length_scale_ = 1.0;
 };
 

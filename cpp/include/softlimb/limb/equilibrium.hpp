@@ -17,6 +17,7 @@
 #include "softlimb/limb/balance.hpp"
 #include "softlimb/limb/moves.hpp"
 #include "softlimb/limb/scene.hpp"
+#include "softlimb/solve/room.hpp"
 #include "softlimb/solve/status.hpp"
 #include "softlimb/solve/work.hpp"
 
@@ -54,9 +55,28 @@ struct NewtonReport {
     int plate_modes = 0;          // negative eigenvalues of the condensed stiffness (symmetric part)
     int rod_modes = 0;            // negative pivots of the rods between held plates: conjugate points, exactly, because
                                   // the mesh keeps each piece far too short to buckle between its own nodes
+    int modes() const { return plate_modes + rod_modes; }
 };
 
-class Equilibrium {
+/// What an equilibrium works in. Handed from one to the next on a thread, so that a limb solved again and again makes
+/// room once.
+struct EquilibriumRoom {
+    std::vector<rod::Chain> chains_;
+    std::vector<std::vector<rod::ExactElement>> exact_;
+    std::vector<std::vector<rod::EndState>> ends_, ends_after_;
+    rod::Batch batch_;
+    Balance balance_;
+    solve::BlockTridiagonal symmetric_;  // for counting
+    Moves moves_, by_parameter_;
+    std::vector<Moves> neutral_;  // unit moves that cost nothing, perpendicular to each other
+    // Loads on the pieces beside those of the linearisation, and what follows from them.
+    std::vector<std::vector<Vector12>> loads_;
+    std::vector<std::vector<Vector6>> gaps_, interior_;
+    std::vector<Vector12> rod_forces_;
+    std::vector<Vector6> plate_forces_, carried_, hold_rows_;
+};
+
+class Equilibrium : private solve::Room<EquilibriumRoom> {
 public:
     Equilibrium(const Geometry& geometry, const Scene& scene) : geometry_(geometry), scene_(scene) {}
 
@@ -93,12 +113,18 @@ public:
     std::vector<Vector6> reactions(const Shape& shape) const;
 
 private:
-    void count_modes(NewtonReport& report, double margin = 0.0) const;
+    void count_modes(NewtonReport& report, double margin = 0.0);
     void pin(double share);
     double pin_of_count() const;
+    double mean_bending() const;
     void find_neutral(const Shape& shape);
     void leave_out_neutral();
     void resize(const Shape& shape);
+    /// Runs the pieces of all rods through the lanes, `finer` times the rods' own numbers of steps: `add(part, rod,
+    /// piece)` puts a piece into the batch.
+    template <class Add>
+    void integrate(const Scene& scene, const Shape& shape, int finer, Add&& add);
+    void shoot(const Scene& scene, const Shape& shape, int finer, std::vector<std::vector<rod::EndState>>& ends);
     bool linearise(const Shape& shape);
     bool check_finer(const Shape& shape);
     void propose(const Shape& shape);
@@ -119,26 +145,22 @@ private:
 
     const Geometry& geometry_;
     const Scene& scene_;
-    std::vector<rod::Chain> chains_;
-    std::vector<std::vector<rod::ExactElement>> exact_;
-    Balance balance_;
-    Moves moves_, by_parameter_;
-    std::vector<Moves> neutral_;  // unit moves that cost nothing, perpendicular to each other
-    // Loads on the pieces beside those of the linearisation, and what follows from them.
-    std::vector<std::vector<Vector12>> loads_;
-    std::vector<std::vector<Vector6>> gaps_, interior_;
-    std::vector<Vector12> rod_forces_;
-    std::vector<Vector6> plate_forces_, carried_, hold_rows_;
     double length_scale_ = 1.0;
-    int rod_modes_ = 0;
     Vector6 shift_ = Vector6::Zero();  // on every free node and plate, against a neutral mode; else zero
 };
 
-/// Largest activity (bend plus growth, see choose_mesh) of a piece of the shape.
+/// Largest activity (bend plus growth) of a piece: l |m|/EI + l sqrt(|n|/EI) + l |u3*|, l its rest length.
 double largest_activity(const Scene& scene, const Shape& shape);
 
+/// Activity of a piece beyond which Newton's basin becomes small: for starts from afar.
+constexpr double newton_piece = 1.5;
+/// The same for a start nearby. Below 3 no piece buckles between its own nodes (cpp/MECHANICS.md, "Stability"), which
+/// the count of modes relies on.
+constexpr double warm_piece = 2.7, largest_countable_piece = 3.0;
+
 /// Chooses pieces and steps of every rod from its internal wrenches, so that a piece turns little and grows little and
-/// the integration should meet the tolerance. Splits pieces of `shape` where they are too long.
-void choose_mesh(const Scene& scene, double tolerance, Shape& shape);
+/// the integration should meet the tolerance. Splits pieces of `shape` where they are too long; joins short ones where
+/// `largest_piece` is that of a warm start.
+void choose_mesh(const Scene& scene, double tolerance, Shape& shape, double largest_piece = newton_piece);
 
 }  // namespace softlimb::limb

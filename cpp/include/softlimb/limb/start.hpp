@@ -25,6 +25,9 @@ void set_geodesic_wrenches(const Scene& scene, Shape& shape, Stiffness stiffness
 /// Splits every element of rod i into `parts` along its geodesic.
 void split_elements(RodShape& rod, int parts);
 
+/// Joins neighbouring elements of equal number, so that at least `wanted` are left: interior nodes are dropped.
+void merge_elements(RodShape& rod, int wanted);
+
 /// Moves a plate onto its hold.
 void meet_hold(const Hold& hold, Pose& plate);
 

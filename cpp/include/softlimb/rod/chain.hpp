@@ -16,17 +16,13 @@ public:
     ElementStiffness& element(int i) { return elements_[i]; }
     const ElementStiffness& element(int i) const { return elements_[i]; }
 
-    /// What the elimination of the interior nodes met.
-    struct Pivots {
-        bool regular = true;  // every pivot could be inverted
-        int negative = 0;     // negative eigenvalues of the (symmetrised) pivots: unstable modes with both ends held
-    };
-
     /// Eliminates the interior nodes and leaves force and stiffness of the rod's ends in `ends()`. `shift` is added to
     /// the diagonal of each interior node (a trust-region multiplier times its metric); `symmetric` symmetrises the
     /// pivots first, which the descent's model wants. With `need_positive` the elimination stops at the first pivot
-    /// that is not positive definite.
-    Pivots condense(const Vector6& shift, bool symmetric, bool need_positive);
+    /// that is not positive definite. False when a pivot is not, or cannot be inverted.
+    bool condense(const Vector6& shift, bool symmetric, bool need_positive);
+    /// Negative eigenvalues of the (symmetrised) pivots of the last elimination: unstable modes with both ends held.
+    int negative_pivots() const;
     const ElementStiffness& ends() const { return ends_; }
 
     /// Moves of the interior nodes, given those of the ends; `nodes` has elements()+1 entries, of which first and last
@@ -42,7 +38,7 @@ private:
     struct Elimination {
         Matrix6 by_first, by_next;    // x_k = -(by_first x_0 + by_next x_(k+1) + right)
         Matrix6 first_row, next_row;  // rows of the eliminated node in the first and the next node's balance
-        Matrix6 inverse;
+        Matrix6 pivot, inverse;
         Vector6 right;
     };
     std::vector<ElementStiffness> elements_;

@@ -4,9 +4,11 @@
 // solution, and the geodesic element (constant strain on SE(3)) for the descent from a far start.
 // All quantities in base axes; node variations are (dp, dtheta). Source: cpp/MECHANICS.md, "Element".
 #include <Eigen/LU>
+#include <vector>
 
 #include "softlimb/rod/integrators.hpp"
 #include "softlimb/rod/kernel.hpp"
+#include "softlimb/rod/lanes/pieces.hpp"
 #include "softlimb/se3.hpp"
 
 namespace softlimb::rod {
@@ -65,6 +67,10 @@ public:
     /// map wrench -> end pose is singular (a conjugate point).
     bool linearise(const RodPiece& piece, const Pose& first, const Pose& second, const Vector6& base_wrench,
                    Integration integration, ElementStiffness& out);
+    /// The same in a lane beside other pieces: what the kernel fills; `out` as above.
+    lanes::Linear target(const Pose& second, ElementStiffness& out);
+    /// Whether the last linearisation is finite and could be inverted.
+    bool regular() const { return regular_; }
     /// Change of the base wrench when the nodes move by the given variations.
     Vector6 wrench_change(const Vector6& first, const Vector6& second) const;
     /// Change of the base wrench that closes the mismatch `gap` of the end pose (dp, dtheta), nodes fixed.
@@ -78,6 +84,33 @@ private:
     EndState end_;
     Vector6 gap_;
     Matrix6 end_by_pose_, end_by_wrench_inverse_, wrench_by_wrench_;
+    bool regular_ = false;
+};
+
+/// Pieces to be integrated side by side, all linearised or none. Filled, run, cleared; `reserve` makes room once.
+class Batch {
+public:
+    void reserve(int pieces);
+    void clear() { starts_.clear(), linear_.clear(), ends_.clear(), loads_ = lanes::Loads::none; }
+    void add(const RodPiece& piece, const Pose& base, const Vector6& base_wrench);
+    /// With its linearisation.
+    void add(const RodPiece& piece, const Pose& base, const Vector6& base_wrench, const lanes::Linear& out) {
+        add(piece, base, base_wrench);
+        linear_.push_back(out);
+    }
+    /// With its end.
+    void add(const RodPiece& piece, const Pose& base, const Vector6& base_wrench, EndState& end) {
+        add(piece, base, base_wrench);
+        ends_.push_back({end.pose.position.data(), end.pose.rotation.data(), end.wrench.data()});
+    }
+    /// Integrates all that was added, `steps` steps of the eighth-order method each.
+    void run(int steps) const;
+
+private:
+    std::vector<lanes::Start> starts_;
+    std::vector<lanes::Linear> linear_;
+    std::vector<lanes::End> ends_;
+    lanes::Loads loads_ = lanes::Loads::none;
 };
 
 /// Mismatch of two poses: (p_a - p_b, rotation vector of R_a R_b^T), base axes.

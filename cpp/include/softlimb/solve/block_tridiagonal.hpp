@@ -1,15 +1,14 @@
 #pragma once
 // Block-tridiagonal systems of 6 x 6 blocks: one block row a plate, or a node. Knows no mechanics.
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
-#include <Eigen/LU>
 #include <vector>
+
+#include "softlimb/solve/block6.hpp"
 
 namespace softlimb::solve {
 
 class BlockTridiagonal {
 public:
-    using Block = Eigen::Matrix<double, 6, 6>;
+    using Block = Block6;
     using Vector = Eigen::Matrix<double, 6, 1>;
 
     void resize(int rows) {
@@ -26,8 +25,7 @@ public:
         for (int k = 0; k < rows(); ++k) {
             pivots_[k] = diagonal[k];
             if (k > 0) pivots_[k].noalias() -= lower[k] * inverse_[k - 1] * upper[k - 1];
-            inverse_[k] = pivots_[k].partialPivLu().inverse();
-            if (!inverse_[k].allFinite()) return false;
+            if (!invert(pivots_[k], inverse_[k])) return false;
         }
         return true;
     }
@@ -36,10 +34,7 @@ public:
         for (int k = 0; k < rows(); ++k) {
             pivots_[k] = diagonal[k];
             if (k > 0) pivots_[k].noalias() -= lower[k] * inverse_[k - 1] * upper[k - 1];
-            const Eigen::LLT<Block> cholesky(pivots_[k]);
-            if (cholesky.info() != Eigen::Success) return false;
-            inverse_[k] = cholesky.solve(Block::Identity());
-            if (!inverse_[k].allFinite()) return false;  // Cholesky takes NaN for positive
+            if (!invert_positive(pivots_[k], inverse_[k])) return false;
         }
         return true;
     }

@@ -1,0 +1,66 @@
+#pragma once
+// Many pieces of rod at once: each in a lane of the vector registers, all by the same steps of the eighth-order method.
+// Plain numbers in and out, so that one source can be compiled for every instruction set; `kernel()` picks at run time.
+// A lane does not know of the others: what a piece gives does not depend on which pieces stand beside it.
+// Source: cpp/MECHANICS.md, "Element" and "Lanes".
+#include <string>
+#include <vector>
+
+#include "softlimb/section.hpp"
+
+namespace softlimb::rod::lanes {
+
+/// A piece and where it starts; base axes.
+struct Start {
+    const Section* section;
+    const double* position;  // of the first node [m], 3
+    const double* rotation;  // of the first node, 3 x 3 by columns
+    const double* wrench;    // internal (n, m) there [N, N m], 6
+    double length;           // rest length [m]
+    double force[3], moment[3];  // loads per rest length [N/m, N]
+};
+
+/// End of a piece: what `EndState` is made of.
+struct End {
+    double* position;  // 3
+    double* rotation;  // 3 x 3 by columns
+    double* wrench;    // 6
+};
+
+/// Where the linearisation of a piece goes; matrices by columns.
+struct Linear {
+    const double* second_position;  // of the second node [m], 3
+    const double* second_rotation;  // 3 x 3
+    End end;
+    double* gap;                // end minus second node: (dp, rotation vector), 6
+    double* end_by_pose;        // 6 x 6
+    double* inverse;            // of end pose by base wrench, 6 x 6
+    double* wrench_by_wrench;   // 6 x 6
+    double* force;              // generalised forces on (first, second), 12
+    double* stiffness;          // 12 x 12
+    bool* regular;              // finite, and the inverse exists
+};
+
+/// Which base rotations need an integration of their own beside the six columns of the base wrench.
+enum class Loads { none, force, any };
+
+/// How a set of pieces is loaded: without load the rotations follow from the wrench (turn base and wrench together and
+/// the piece turns with them); with a dead force only the turn about the force does.
+struct Kernel {
+    const char* instruction_set;
+    int lanes;
+    /// Ends of `count` pieces, `steps` steps each.
+    void (*shoot)(const Start* starts, const End* ends, int count, int steps);
+    /// Ends and linearisations.
+    void (*linearise)(const Start* starts, const Linear* out, int count, int steps, Loads loads);
+};
+
+/// The fastest kernel that this machine can run, or the one chosen by `use`.
+const Kernel& kernel();
+/// All that this machine can run, plainest first.
+const std::vector<const Kernel*>& kernels();
+/// Takes the kernel of that name from now on; raises std::invalid_argument when the machine has it not. For tests and
+/// benchmarks: a choice while solves run on other threads leaves them with either.
+void use(const std::string& instruction_set);
+
+}  // namespace softlimb::rod::lanes

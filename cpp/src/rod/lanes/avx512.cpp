@@ -1,0 +1,4 @@
+#define SOFTLIMB_INSTRUCTION_SET avx512
+#define SOFTLIMB_INSTRUCTION_SET_NAME "avx512"
+#define SOFTLIMB_LANES 8
+#include "pieces.ipp"

@@ -1,0 +1,438 @@
+// The kernel of rod/lanes/pieces.hpp for one instruction set: included by one source a set, which defines
+// SOFTLIMB_INSTRUCTION_SET (a namespace) and SOFTLIMB_LANES. Everything here is inlined into the functions at the end or
+// lives in that namespace, so that nothing compiled for a newer machine can be linked into the rest of the library.
+#include <cmath>
+#include <type_traits>
+
+#include "softlimb/always_inline.hpp"
+#include "softlimb/rod/equations.hpp"
+#include "softlimb/rod/integrators/rk8.hpp"
+#include "softlimb/rod/lanes/pieces.hpp"
+
+namespace softlimb::rod::lanes::SOFTLIMB_INSTRUCTION_SET {
+namespace {
+
+#include "softlimb/rod/lanes/pack.hpp"
+
+using Method = Rk8;
+constexpr int stages = Method::stages;
+constexpr int W = Pack::lanes;
+using V = Vec3<Pack>;
+
+/// Calls f(0), ..., f(N-1) with the index as a constant, so that zero coefficients vanish when it is compiled.
+template <int I, int N, class F>
+SOFTLIMB_ALWAYS_INLINE void unrolled(F&& f) {
+    if constexpr (I < N) {
+        f(std::integral_constant<int, I>{});
+        unrolled<I + 1, N>(f);
+    }
+}
+
+/// Compliances of W sections. The axial law of every lane is v3 - 1 = n g((n - centre)/half_range) inside its range and
+/// the second-order Taylor polynomial at the range's end outside (section.hpp), of the largest degree in the pack.
+struct LaneCompliances {
+    Pack shear, bending, torsion, coupling, rest_twist;
+    Pack coefficient[AxialLaw::max_degree + 1];
+    Pack centre, half_range, per_range;
+    int degree = 0;
+
+    SOFTLIMB_ALWAYS_INLINE void axial(const Pack& force, Pack& strain, Pack& compliance) const {
+        if (degree == 0) {
+            strain = force * coefficient[0];
+            compliance = coefficient[0];
+            return;
+        }
+        const Pack away = force - centre;
+        const Pack inside = select(half_range < away, half_range, select(away < -half_range, -half_range, away));
+        const Pack x = inside * per_range, at = centre + inside, beyond = away - inside;
+        Pack g = coefficient[degree], dg(0.0), half_ddg(0.0);
+        for (int i = degree; i-- > 0;) {
+            half_ddg = half_ddg * x + dg;
+            dg = dg * x + g;
+            g = g * x + coefficient[i];
+        }
+        const Pack slope = g + at * dg * per_range;
+        const Pack curvature = Pack(2.0) * per_range * (dg + at * half_ddg * per_range);
+        strain = at * g + beyond * (slope + Pack(0.5) * curvature * beyond);
+        compliance = slope + curvature * beyond;
+    }
+};
+
+/// W pieces side by side; lanes beyond `count` repeat the last piece.
+struct Pieces {
+    LaneCompliances k;
+    LineLoad<Pack> load;
+    Pack length;
+    V n;
+    RodState<Pack> y;
+
+    SOFTLIMB_ALWAYS_INLINE Pieces(const Start* starts, int count) {
+        y.position = V{Pack(0.0), Pack(0.0), Pack(0.0)};
+        for (int lane = 0; lane < W; ++lane) {
+            const Start& p = starts[lane < count ? lane : count - 1];
+            if (p.section->axial_law.degree > k.degree) k.degree = p.section->axial_law.degree;
+        }
+        for (int lane = 0; lane < W; ++lane) {
+            const Start& p = starts[lane < count ? lane : count - 1];
+            const Section& s = *p.section;
+            k.shear.set(lane, 1.0 / s.shear), k.bending.set(lane, 1.0 / s.bending);
+            k.torsion.set(lane, 1.0 / s.torsion), k.coupling.set(lane, s.extension_twist);
+            k.rest_twist.set(lane, s.rest_twist);
+            const double* c = &s.axial_law.coefficient.front();
+            for (int i = 0; i <= k.degree; ++i) k.coefficient[i].set(lane, i <= s.axial_law.degree ? c[i] : 0.0);
+            if (k.degree > 0) {
+                // A linear law among others: degree zero everywhere, so any range serves.
+                k.centre.set(lane, s.axial_law.centre), k.half_range.set(lane, s.axial_law.half_range);
+                k.per_range.set(lane, 1.0 / s.axial_law.half_range);
+            }
+            const auto put = [lane](V& v, const double* x) {
+                v.x.set(lane, x[0]), v.y.set(lane, x[1]), v.z.set(lane, x[2]);
+            };
+            put(load.force, p.force), put(load.moment, p.moment);
+            length.set(lane, p.length);
+            put(n, p.wrench), put(y.moment, p.wrench + 3);
+            put(y.tangent, p.rotation + 6), put(y.director, p.rotation);
+        }
+    }
+};
+
+/// Advances the pieces and `columns` variations, of which the first three are those of the base force. Not inlined: its
+/// name is this instruction set's own, and compiled once it is compiled fast.
+void advance(Pieces& p, int steps, Variation<Pack>* z, int columns) {
+    const LaneCompliances& k = p.k;
+    const Pack h = p.length * Pack(1.0 / steps);
+    RodState<Pack> dy[stages];
+    Linearisation<Pack> linear[stages];
+    for (int step = 0; step < steps; ++step) {
+        unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
+            constexpr int i = stage;
+            RodState<Pack> at = p.y;
+            unrolled<0, i>([&](auto before) SOFTLIMB_LAMBDA_INLINE {
+                constexpr int j = before;
+                if constexpr (Method::a[i][j] != 0.0) {
+                    const Pack w(Method::a[i][j]);
+                    at.tangent += w * dy[j].tangent, at.director += w * dy[j].director, at.moment += w * dy[j].moment;
+                }
+            });
+            const RodState<Pack> d =
+                rate(k, at, p.n - (h * Pack(Method::c[i])) * p.load.force, p.load.moment, linear[i]);
+            dy[i] = {h * d.position, h * d.tangent, h * d.director, h * d.moment};
+        });
+        unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
+            constexpr int i = stage;
+            if constexpr (Method::b[i] != 0.0) {
+                const Pack w(Method::b[i]);
+                p.y.position += w * dy[i].position, p.y.tangent += w * dy[i].tangent;
+                p.y.director += w * dy[i].director, p.y.moment += w * dy[i].moment;
+            }
+        });
+        // Column by column: the twelve stages of one fit the registers and the nearest cache.
+        for (int c = 0; c < columns; ++c) {
+            Variation<Pack> dz[stages];
+            const Variation<Pack> from = z[c];
+            const V force{Pack(c == 0 ? 1.0 : 0.0), Pack(c == 1 ? 1.0 : 0.0), Pack(c == 2 ? 1.0 : 0.0)};
+            unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
+                constexpr int i = stage;
+                V rotation = from.rotation, moment = from.moment;
+                unrolled<0, i>([&](auto before) SOFTLIMB_LAMBDA_INLINE {
+                    constexpr int j = before;
+                    if constexpr (Method::a[i][j] != 0.0) {
+                        const Pack w(Method::a[i][j]);
+                        rotation += w * dz[j].rotation, moment += w * dz[j].moment;
+                    }
+                });
+                const Variation<Pack> d = vary(k, linear[i], rotation, moment, force);
+                dz[i] = {h * d.position, h * d.rotation, h * d.moment};
+            });
+            unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
+                constexpr int i = stage;
+                if constexpr (Method::b[i] != 0.0) {
+                    const Pack w(Method::b[i]);
+                    z[c].position += w * dz[i].position, z[c].rotation += w * dz[i].rotation;
+                    z[c].moment += w * dz[i].moment;
+                }
+            });
+        }
+        p.n = p.n - h * p.load.force;
+    }
+    p.y.tangent = normalised(p.y.tangent);
+    p.y.director = normalised(p.y.director - dot(p.y.director, p.y.tangent) * p.y.tangent);
+}
+
+SOFTLIMB_ALWAYS_INLINE void put(double* out, const V& v, int lane) {
+    out[0] = v.x.get(lane), out[1] = v.y.get(lane), out[2] = v.z.get(lane);
+}
+
+SOFTLIMB_ALWAYS_INLINE void write_end(const Pieces& p, const V& binormal, const double* from, const End& end, int lane) {
+    put(end.position, p.y.position, lane);
+    for (int i = 0; i < 3; ++i) end.position[i] += from[i];
+    put(end.rotation, p.y.director, lane);
+    put(end.rotation + 3, binormal, lane);
+    put(end.rotation + 6, p.y.tangent, lane);
+    put(end.wrench, p.n, lane);
+    put(end.wrench + 3, p.y.moment, lane);
+}
+
+/// A 6 x 6 matrix a lane, by columns.
+struct M6 {
+    Pack m[6][6];
+    SOFTLIMB_ALWAYS_INLINE Pack& operator()(int row, int column) { return m[column][row]; }
+    SOFTLIMB_ALWAYS_INLINE const Pack& operator()(int row, int column) const { return m[column][row]; }
+};
+
+/// Gauss and Jordan with partial pivoting: rows are compared and exchanged one by one, each lane for itself.
+SOFTLIMB_ALWAYS_INLINE void invert(M6 a, M6& b) {
+    for (int i = 0; i < 6; ++i)
+        for (int j = 0; j < 6; ++j) b(i, j) = Pack(i == j ? 1.0 : 0.0);
+    for (int k = 0; k < 6; ++k) {
+        for (int r = k + 1; r < 6; ++r) {
+            const Mask larger = absolute(a(k, k)) < absolute(a(r, k));
+            for (int j = k; j < 6; ++j) {
+                const Pack x = a(k, j), y = a(r, j);
+                a(k, j) = select(larger, y, x), a(r, j) = select(larger, x, y);
+            }
+            for (int j = 0; j < 6; ++j) {
+                const Pack x = b(k, j), y = b(r, j);
+                b(k, j) = select(larger, y, x), b(r, j) = select(larger, x, y);
+            }
+        }
+        const Pack scale = Pack(1.0) / a(k, k);
+        for (int j = k + 1; j < 6; ++j) a(k, j) = a(k, j) * scale;
+        for (int j = 0; j < 6; ++j) b(k, j) = b(k, j) * scale;
+        for (int r = 0; r < 6; ++r) {
+            if (r == k) continue;
+            const Pack factor = a(r, k);
+            for (int j = k + 1; j < 6; ++j) a(r, j) = a(r, j) - factor * a(k, j);
+            for (int j = 0; j < 6; ++j) b(r, j) = b(r, j) - factor * b(k, j);
+        }
+    }
+}
+
+/// Rotation vector of a b^T, where columns of the two rotations are given: small for pieces that nearly meet their node.
+SOFTLIMB_ALWAYS_INLINE V turn_between(const V* a, const V* b) {
+    // The skew part of a b^T is the sum of the columns' cross products; its length is twice the sine.
+    const V twice = cross(b[0], a[0]) + cross(b[1], a[1]) + cross(b[2], a[2]);
+    const V s = Pack(0.5) * twice;
+    const Pack z = dot(s, s);
+    // asin(x)/x in z = x^2; below 0.02 the terms left out are under 1e-17.
+    Pack factor = Pack(46189.0 / 5505024.0);
+    constexpr double terms[] = {12155.0 / 1245184.0, 6435.0 / 557056.0, 143.0 / 10240.0, 231.0 / 13312.0, 63.0 / 2816.0,
+                                35.0 / 1152.0,       5.0 / 112.0,       3.0 / 40.0,      1.0 / 6.0,       1.0};
+    for (const double term : terms) factor = factor * z + Pack(term);
+    const Pack cosine = Pack(0.5) * (dot(a[0], b[0]) + dot(a[1], b[1]) + dot(a[2], b[2]) - Pack(1.0));
+    for (int lane = 0; lane < W; ++lane) {
+        const double square = z.get(lane), c = cosine.get(lane);
+        if (square < 0.02 && c > 0.0) continue;
+        const double sine = __builtin_sqrt(square);
+        // Within 1e-6 of half a turn the axis drowns in rounding; no piece misses its node by that and is on its way.
+        factor.set(lane, sine > 0.0 ? std::atan2(sine, c) / sine : 0.0);
+    }
+    return factor * s;
+}
+
+SOFTLIMB_ALWAYS_INLINE V gather(const double* const* from, int offset) {
+    V v;
+    for (int lane = 0; lane < W; ++lane)
+        v.x.set(lane, from[lane][offset]), v.y.set(lane, from[lane][offset + 1]), v.z.set(lane, from[lane][offset + 2]);
+    return v;
+}
+
+void linearise_pack(const Start* starts, const Linear* out, int count, int steps, Loads loads) {
+    const int columns = loads == Loads::none ? 6 : loads == Loads::force ? 8 : 9;
+    const Pack zero(0.0), one(1.0);
+    const V nothing{zero, zero, zero};
+    Pieces p(starts, count);
+    const V n0 = p.n, m0 = p.y.moment;
+    Variation<Pack> z[9];
+    for (int c = 0; c < columns; ++c) z[c] = {nothing, nothing, nothing};
+    z[3].moment.x = one, z[4].moment.y = one, z[5].moment.z = one;
+    // Base rotations that are integrated: two across a dead force, or all three.
+    V axis[3];
+    if (loads == Loads::force) {
+        const Pack norm = sqrt(dot(p.load.force, p.load.force));
+        // A piece without load among loaded ones: any axis serves.
+        const Mask loaded = zero < norm;
+        const V f{select(loaded, p.load.force.x, zero), select(loaded, p.load.force.y, zero),
+                  select(loaded, p.load.force.z, one)};
+        axis[2] = (one / select(loaded, norm, one)) * f;
+        // Across it: with the base axis that it leans on least.
+        const Pack ax = absolute(axis[2].x), ay = absolute(axis[2].y), az = absolute(axis[2].z);
+        const Mask x_least = ax < ay, x_less = ax < az, y_less = ay < az;
+        const Pack ex = select(x_least, select(x_less, one, zero), zero);
+        const Pack ey = select(x_least, zero, select(y_less, one, zero));
+        const V e{ex, ey, one - ex - ey};
+        axis[0] = normalised(cross(e, axis[2]));
+        axis[1] = cross(axis[2], axis[0]);
+        z[6].rotation = axis[0], z[7].rotation = axis[1];
+    } else if (loads == Loads::any) {
+        z[6].rotation.x = one, z[7].rotation.y = one, z[8].rotation.z = one;
+    }
+    advance(p, steps, z, columns);
+
+    // End pose (dp, dtheta) and end moment by base wrench.
+    M6 by_wrench;
+    Pack moment_by_wrench[6][3];
+    for (int c = 0; c < 6; ++c) {
+        by_wrench(0, c) = z[c].position.x, by_wrench(1, c) = z[c].position.y, by_wrench(2, c) = z[c].position.z;
+        by_wrench(3, c) = z[c].rotation.x, by_wrench(4, c) = z[c].rotation.y, by_wrench(5, c) = z[c].rotation.z;
+        moment_by_wrench[c][0] = z[c].moment.x, moment_by_wrench[c][1] = z[c].moment.y;
+        moment_by_wrench[c][2] = z[c].moment.z;
+    }
+
+    // By base rotation. Turning everything, wrench and loads with the base, turns the end; the wrench is turned back by
+    // its own columns, and a turn about the dead force needs no turning back of the load.
+    Variation<Pack> by_turn[3];
+    const auto turned_about = [&](const V& a) SOFTLIMB_LAMBDA_INLINE {
+        const V dn = cross(a, n0), dm = cross(a, m0);
+        const Pack w[6] = {dn.x, dn.y, dn.z, dm.x, dm.y, dm.z};
+        Variation<Pack> v{cross(a, p.y.position), a, cross(a, p.y.moment)};
+        for (int c = 0; c < 6; ++c) {
+            v.position = v.position - w[c] * z[c].position;
+            v.rotation = v.rotation - w[c] * z[c].rotation;
+            v.moment = v.moment - w[c] * z[c].moment;
+        }
+        return v;
+    };
+    if (loads == Loads::any) {
+        for (int i = 0; i < 3; ++i) by_turn[i] = z[6 + i];
+    } else if (loads == Loads::none) {
+        for (int i = 0; i < 3; ++i) {
+            V e = nothing;
+            (i == 0 ? e.x : i == 1 ? e.y : e.z) = one;
+            by_turn[i] = turned_about(e);
+        }
+    } else {
+        const Variation<Pack> about = turned_about(axis[2]);
+        const auto share = [](const V& v, int i) SOFTLIMB_LAMBDA_INLINE { return i == 0 ? v.x : i == 1 ? v.y : v.z; };
+        for (int i = 0; i < 3; ++i) {
+            const Pack a = share(axis[0], i), b = share(axis[1], i), c = share(axis[2], i);
+            by_turn[i] = {a * z[6].position + b * z[7].position + c * about.position,
+                          a * z[6].rotation + b * z[7].rotation + c * about.rotation,
+                          a * z[6].moment + b * z[7].moment + c * about.moment};
+        }
+    }
+
+    // The columns of forces and moments differ by the square of a length: forces are multiplied by the length and turns
+    // by it before the inversion, so that the mixed blocks stay as they are.
+    const Pack scale = p.length, per_scale = one / p.length;
+    M6 scaled = by_wrench, inverse;
+    for (int r = 0; r < 6; ++r)
+        for (int c = 0; c < 6; ++c)
+            if ((r < 3) == (c < 3)) scaled(r, c) = scaled(r, c) * (r < 3 ? per_scale : scale);
+    invert(scaled, inverse);
+    for (int r = 0; r < 6; ++r)
+        for (int c = 0; c < 6; ++c)
+            if ((r < 3) == (c < 3)) inverse(r, c) = inverse(r, c) * (r < 3 ? per_scale : scale);
+
+    // Gap to the second node.
+    const double *position[W], *rotation[W];
+    for (int lane = 0; lane < W; ++lane) {
+        const int i = lane < count ? lane : count - 1;
+        position[lane] = out[i].second_position, rotation[lane] = out[i].second_rotation;
+    }
+    const V binormal = cross(p.y.tangent, p.y.director);
+    const V end_axes[3] = {p.y.director, binormal, p.y.tangent};
+    const V node_axes[3] = {gather(rotation, 0), gather(rotation, 3), gather(rotation, 6)};
+    const double* from[W];
+    for (int lane = 0; lane < W; ++lane) from[lane] = starts[lane < count ? lane : count - 1].position;
+    const V gap_position = p.y.position + (gather(from, 0) - gather(position, 0));
+    const V gap_turn = turn_between(end_axes, node_axes);
+    const Pack gap[6] = {gap_position.x, gap_position.y, gap_position.z, gap_turn.x, gap_turn.y, gap_turn.z};
+
+    // w = w0 + B^-1 (x2 - A x1 - gap),  w_end = w_end0 + D x1 + E (w - w0)
+    M6 by_first;  // B^-1 A: A's first three columns are those of the identity
+    for (int r = 0; r < 6; ++r) {
+        for (int c = 0; c < 3; ++c) by_first(r, c) = inverse(r, c);
+        for (int c = 0; c < 3; ++c) {
+            const Variation<Pack>& a = by_turn[c];
+            by_first(r, 3 + c) = inverse(r, 0) * a.position.x + inverse(r, 1) * a.position.y +
+                                 inverse(r, 2) * a.position.z + inverse(r, 3) * a.rotation.x +
+                                 inverse(r, 4) * a.rotation.y + inverse(r, 5) * a.rotation.z;
+        }
+    }
+    // E has the identity and zero in its first three rows, and the moment's columns below.
+    M6 by_second, end_by_first;  // E B^-1, and D - E B^-1 A
+    for (int c = 0; c < 6; ++c) {
+        for (int r = 0; r < 3; ++r) {
+            by_second(r, c) = inverse(r, c);
+            end_by_first(r, c) = -by_first(r, c);
+            Pack second = moment_by_wrench[0][r] * inverse(0, c), first = moment_by_wrench[0][r] * by_first(0, c);
+            for (int k = 1; k < 6; ++k) {
+                second = second + moment_by_wrench[k][r] * inverse(k, c);
+                first = first + moment_by_wrench[k][r] * by_first(k, c);
+            }
+            by_second(3 + r, c) = second;
+            end_by_first(3 + r, c) = -first;
+        }
+    }
+    for (int c = 0; c < 3; ++c) {
+        end_by_first(3, 3 + c) = end_by_first(3, 3 + c) + by_turn[c].moment.x;
+        end_by_first(4, 3 + c) = end_by_first(4, 3 + c) + by_turn[c].moment.y;
+        end_by_first(5, 3 + c) = end_by_first(5, 3 + c) + by_turn[c].moment.z;
+    }
+    const Pack start_wrench[6] = {n0.x, n0.y, n0.z, m0.x, m0.y, m0.z};
+    const Pack end_wrench[6] = {p.n.x, p.n.y, p.n.z, p.y.moment.x, p.y.moment.y, p.y.moment.z};
+    Pack force[12], sum(0.0);
+    for (int r = 0; r < 6; ++r) {
+        Pack first = inverse(r, 0) * gap[0], second = by_second(r, 0) * gap[0];
+        for (int c = 1; c < 6; ++c)
+            first = first + inverse(r, c) * gap[c], second = second + by_second(r, c) * gap[c];
+        force[r] = first - start_wrench[r];
+        force[6 + r] = end_wrench[r] - second;
+        // Zero times a number is zero, and NaN times an infinity or a NaN.
+        sum = sum + zero * (force[r] + force[6 + r] + gap[r]);
+        for (int c = 0; c < 6; ++c) sum = sum + zero * (inverse(r, c) + end_by_first(r, c));
+    }
+
+    for (int lane = 0; lane < count; ++lane) {
+        const Linear& o = out[lane];
+        write_end(p, binormal, starts[lane].position, o.end, lane);
+        for (int r = 0; r < 6; ++r) o.gap[r] = gap[r].get(lane);
+        for (int r = 0; r < 12; ++r) o.force[r] = force[r].get(lane);
+        for (int c = 0; c < 6; ++c) {
+            for (int r = 0; r < 6; ++r) {
+                const double b = inverse(r, c).get(lane);
+                o.inverse[6 * c + r] = b;
+                o.stiffness[12 * c + r] = by_first(r, c).get(lane);
+                o.stiffness[12 * c + 6 + r] = end_by_first(r, c).get(lane);
+                o.stiffness[12 * (6 + c) + r] = -b;
+                o.stiffness[12 * (6 + c) + 6 + r] = by_second(r, c).get(lane);
+            }
+            for (int r = 0; r < 3; ++r) {
+                o.wrench_by_wrench[6 * c + r] = r == c ? 1.0 : 0.0;
+                o.wrench_by_wrench[6 * c + 3 + r] = moment_by_wrench[c][r].get(lane);
+            }
+        }
+        for (int c = 0; c < 3; ++c) {
+            for (int r = 0; r < 6; ++r) o.end_by_pose[6 * c + r] = r == c ? 1.0 : 0.0;
+            put(o.end_by_pose + 6 * (3 + c), by_turn[c].position, lane);
+            put(o.end_by_pose + 6 * (3 + c) + 3, by_turn[c].rotation, lane);
+        }
+        *o.regular = sum.get(lane) == 0.0;
+    }
+}
+
+void shoot(const Start* starts, const End* ends, int count, int steps) {
+    for (int first = 0; first < count; first += W) {
+        const int here = count - first < W ? count - first : W;
+        Pieces p(starts + first, here);
+        advance(p, steps, nullptr, 0);
+        const V binormal = cross(p.y.tangent, p.y.director);
+        for (int lane = 0; lane < here; ++lane)
+            write_end(p, binormal, starts[first + lane].position, ends[first + lane], lane);
+    }
+}
+
+void linearise(const Start* starts, const Linear* out, int count, int steps, Loads loads) {
+    for (int first = 0; first < count; first += W) {
+        const int here = count - first < W ? count - first : W;
+        linearise_pack(starts + first, out + first, here, steps, loads);
+    }
+}
+
+}  // namespace
+
+extern const Kernel kernel;
+const Kernel kernel{SOFTLIMB_INSTRUCTION_SET_NAME, W, &shoot, &linearise};
+
+}  // namespace softlimb::rod::lanes::SOFTLIMB_INSTRUCTION_SET
