@@ -116,12 +116,16 @@ CLAIM(the_left_jacobian_inverse_of_a_rotation_is_the_slope_of_its_vector) {
     }
 }
 
-CLAIM(orthonormalised_is_the_nearest_rotation) {
+CLAIM(orthonormalised_moves_towards_the_nearest_rotation_and_squares_the_error) {
     Draw draw(8);
-    const Matrix3 r = exp_so3(draw.direction()), noise = 1e-3 * draw.matrix<Matrix3>();
-    const Matrix3 nearest = orthonormalised(r + noise);
-    CHECK_NEAR(nearest.transpose() * nearest, Matrix3::Identity(), 1e-15);
-    // The polar factor takes the symmetric part of the noise out and leaves the rest, to the square of the noise.
-    const Matrix3 in_place = r.transpose() * noise;
-    CHECK_NEAR(r.transpose() * nearest, Matrix3::Identity() + 0.5 * (in_place - in_place.transpose()), 1e-5);
+    const Matrix3 r = exp_so3(draw.direction());
+    for (const double size : {1e-3, 1e-6, 1e-9}) {
+        const Matrix3 noise = size * draw.matrix<Matrix3>();
+        const Matrix3 near = orthonormalised(r + noise);
+        CHECK_NEAR(near.transpose() * near, Matrix3::Identity(), 10.0 * size * size + 1e-15);
+        // The polar factor takes the symmetric part of the noise out and leaves the rest, to the square of the noise.
+        const Matrix3 in_place = r.transpose() * noise;
+        CHECK_NEAR(r.transpose() * near, Matrix3::Identity() + 0.5 * (in_place - in_place.transpose()),
+                   10.0 * size * size + 1e-15);
+    }
 }

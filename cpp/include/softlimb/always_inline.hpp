@@ -1,6 +1,6 @@
 #pragma once
-// For code that is compiled once an instruction set: a function that the compiler left out of line there would be shared
-// with the rest of the library, and run on machines that do not know its instructions.
+// For code that is compiled once an instruction set: a function that the compiler left out of line there would be
+// shared with the rest of the library, and run on machines that do not know its instructions.
 
 #if defined(__GNUC__) || defined(__clang__)
 #define SOFTLIMB_ALWAYS_INLINE __attribute__((always_inline)) inline

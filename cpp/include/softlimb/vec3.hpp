@@ -1,6 +1,6 @@
 #pragma once
-// Three numbers of any scalar (double, a pack of lanes, Dual). The rod equations are written in these so that one source
-// serves every scalar; Eigen takes over where matrices begin (se3.hpp has the way between).
+// Three numbers of any scalar (double, a pack of lanes, Dual). The rod equations are written in these so that one
+// source serves every scalar; Eigen takes over where matrices begin (se3.hpp has the way between).
 #include <cmath>
 
 #include "softlimb/always_inline.hpp"

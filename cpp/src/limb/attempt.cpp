@@ -48,8 +48,7 @@ Attempt refine(const Scene& scene, const SolveOptions& options, solve::Work& wor
     for (int round = 0; round < 4; ++round) {
         attempt.report = equilibrium.solve(attempt.shape, settings, work);
         iterations += attempt.report.iterations;
-        if (!attempt.converged() || largest_activity(scene, attempt.shape) < largest_countable_piece)
-            break;
+        if (!attempt.converged() || largest_activity(scene, attempt.shape) < largest_countable_piece) break;
         choose_mesh(scene, options.tolerance, attempt.shape, largest_piece);
     }
     return attempt;

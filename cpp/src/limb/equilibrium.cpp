@@ -38,8 +38,8 @@ constexpr double pin_of_newton = 1e-7;
 
 namespace {
 
-/// Largest activity of the rod's pieces were they of this length; wrenches at every node, the last one's from the balance
-/// of the last piece without its weight.
+/// Largest activity of the rod's pieces were they of this length; wrenches at every node, the last one's from the
+/// balance of the last piece without its weight.
 double rod_activity(const Section& section, const RodShape& rod, double length) {
     double z = 0.0;
     for (const Vector6& w : rod.wrenches) z = std::max(z, activity(section, w, length));
@@ -517,9 +517,12 @@ Moves Equilibrium::softest_move(const Shape& shape) {
     if (!linearise(shape)) return seed;
     // Any start that no symmetry of a limb shares.
     double phase = 1.0;
-    for (Vector6& x : seed.plates) x.setConstant(std::sin(phase += 1.7));
+    for (Vector6& x : seed.plates) phase += 1.7, x.setConstant(std::sin(phase));
     for (auto& nodes : seed.nodes)
-        for (Vector6& x : nodes) phase += 1.7, x << std::sin(phase), std::cos(phase), 0.5, std::sin(2.0 * phase), 1.0, 0.3;
+        for (Vector6& x : nodes) {
+            phase += 1.7;
+            x << std::sin(phase), std::cos(phase), 0.5, std::sin(2.0 * phase), 1.0, 0.3;
+        }
     neutral_.assign(1, seed);
     constexpr int rounds = 8;
     for (int round = 0; round < rounds; ++round) find_neutral(shape);

@@ -119,8 +119,8 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     } else {
         shape = geodesic_shape(geometry, scene, constant_curvature_plates(geometry, scene), 1);
         set_geodesic_wrenches(scene, shape, Stiffness::softened);
-        // Exact Newton on a short leash from there: three of four hanging limbs need no more. What it finds is taken when
-        // it is stable; any other end costs a few iterations and leaves the way down to the descent.
+        // Exact Newton on a short leash from there: three of four hanging limbs need no more. What it finds is taken
+        // when it is stable; any other end costs a few iterations and leaves the way down to the descent.
         constexpr int patience = 15;
         SolveOptions brief = options;
         if (options.prefer_stable) brief.max_iterations = std::min(options.max_iterations, patience);

@@ -11,7 +11,7 @@ using Block6 = Eigen::Matrix<double, 6, 6>;
 /// Gauss and Jordan in place, with row pivoting. False when a pivot vanishes or something is not finite.
 inline bool invert(const Block6& matrix, Block6& inverse) {
     inverse = matrix;
-    double(&a)[36] = *reinterpret_cast<double(*)[36]>(inverse.data());  // a[6 column + row]
+    double (&a)[36] = *reinterpret_cast<double (*)[36]>(inverse.data());  // a[6 column + row]
     int swapped[6];
     for (int k = 0; k < 6; ++k) {
         int best = k;
@@ -21,7 +21,7 @@ inline bool invert(const Block6& matrix, Block6& inverse) {
         if (best != k)
             for (int c = 0; c < 6; ++c) std::swap(a[6 * c + k], a[6 * c + best]);
         const double pivot = a[6 * k + k];
-        if (!(std::abs(pivot) > 0.0)) return false;
+        if (!(std::abs(pivot) > 0.0) || !std::isfinite(pivot)) return false;
         const double scale = 1.0 / pivot;
         double column[6];
         for (int r = 0; r < 6; ++r) column[r] = a[6 * k + r], a[6 * k + r] = 0.0;

@@ -53,8 +53,7 @@ void use(const std::string& instruction_set) {
         }
         known += known.empty() ? k->instruction_set : std::string(", ") + k->instruction_set;
     }
-    throw std::invalid_argument("instruction_set must be one of " + known + " on this machine, got " +
-                                instruction_set);
+    throw std::invalid_argument("instruction_set must be one of " + known + " on this machine, got " + instruction_set);
 }
 
 }  // namespace softlimb::rod::lanes

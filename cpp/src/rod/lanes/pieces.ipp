@@ -81,9 +81,11 @@ struct Pieces {
             const double* c = &s.axial_law.coefficient.front();
             for (int i = 0; i <= k.degree; ++i) k.coefficient[i].set(lane, i <= s.axial_law.degree ? c[i] : 0.0);
             if (k.degree > 0) {
-                // A linear law among others: degree zero everywhere, so any range serves.
-                k.centre.set(lane, s.axial_law.centre), k.half_range.set(lane, s.axial_law.half_range);
-                k.per_range.set(lane, 1.0 / s.axial_law.half_range);
+                // A linear law among others holds everywhere, and to the bits of one among its own.
+                const bool linear = s.axial_law.degree == 0;
+                k.centre.set(lane, linear ? 0.0 : s.axial_law.centre);
+                k.half_range.set(lane, linear ? 1e300 : s.axial_law.half_range);
+                k.per_range.set(lane, linear ? 0.0 : 1.0 / s.axial_law.half_range);
             }
             const auto put = [lane](V& v, const double* x) {
                 v.x.set(lane, x[0]), v.y.set(lane, x[1]), v.z.set(lane, x[2]);

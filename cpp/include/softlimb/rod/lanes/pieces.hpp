@@ -13,10 +13,10 @@ namespace softlimb::rod::lanes {
 /// A piece and where it starts; base axes.
 struct Start {
     const Section* section;
-    const double* position;  // of the first node [m], 3
-    const double* rotation;  // of the first node, 3 x 3 by columns
-    const double* wrench;    // internal (n, m) there [N, N m], 6
-    double length;           // rest length [m]
+    const double* position;      // of the first node [m], 3
+    const double* rotation;      // of the first node, 3 x 3 by columns
+    const double* wrench;        // internal (n, m) there [N, N m], 6
+    double length;               // rest length [m]
     double force[3], moment[3];  // loads per rest length [N/m, N]
 };
 
@@ -32,13 +32,13 @@ struct Linear {
     const double* second_position;  // of the second node [m], 3
     const double* second_rotation;  // 3 x 3
     End end;
-    double* gap;                // end minus second node: (dp, rotation vector), 6
-    double* end_by_pose;        // 6 x 6
-    double* inverse;            // of end pose by base wrench, 6 x 6
-    double* wrench_by_wrench;   // 6 x 6
-    double* force;              // generalised forces on (first, second), 12
-    double* stiffness;          // 12 x 12
-    bool* regular;              // finite, and the inverse exists
+    double* gap;               // end minus second node: (dp, rotation vector), 6
+    double* end_by_pose;       // 6 x 6
+    double* inverse;           // of end pose by base wrench, 6 x 6
+    double* wrench_by_wrench;  // 6 x 6
+    double* force;             // generalised forces on (first, second), 12
+    double* stiffness;         // 12 x 12
+    bool* regular;             // finite, and the inverse exists
 };
 
 /// Which base rotations need an integration of their own beside the six columns of the base wrench.

@@ -1,0 +1,155 @@
+// The lanes against the plain element: same equations, same method, so the same numbers to rounding; and a piece that
+// does not feel its neighbours.
+#include "check.hpp"
+#include "examples.hpp"
+#include "same_bits.hpp"
+#include "softlimb/rod/element.hpp"
+
+using namespace softlimb;
+using namespace softlimb::rod;
+using namespace softlimb::tests;
+
+namespace {
+
+/// Pieces of all kinds, each with a second node that it misses by up to `miss` radians.
+struct Pieces {
+    std::vector<Section> sections;
+    std::vector<RodPiece> pieces;
+    std::vector<Pose> first, second;
+    std::vector<Vector6> wrenches;
+
+    Pieces(Draw& draw, int count, lanes::Loads loads, double miss) {
+        sections = {soft_section(), odd_section(), soft_section()};
+        sections[2].bending *= 3.0, sections[2].shear *= 0.5;
+        for (int i = 0; i < count; ++i) {
+            LineLoad<double> load;
+            if (loads != lanes::Loads::none && i % 4 != 3) load.force = vec3(draw.matrix<Vector3>(3.0));
+            if (loads == lanes::Loads::any && i % 2 == 0) load.moment = vec3(draw.matrix<Vector3>(0.05));
+            pieces.push_back({&sections[i % 3], 0.1 + 0.02 * (i % 5), load});
+            first.push_back(draw.pose(2.0));
+            Vector6 w;
+            w << draw.matrix<Vector3>(10.0), draw.matrix<Vector3>(0.8);
+            wrenches.push_back(w);
+            const Pose end = end_of(pieces.back(), first.back(), w, {8, 2}).pose;
+            Vector6 gap;
+            gap << draw.matrix<Vector3>(0.01), miss * draw.direction();
+            second.push_back(moved(end, gap));
+        }
+    }
+    int count() const { return static_cast<int>(pieces.size()); }
+};
+
+struct Linearised {
+    std::vector<ExactElement> elements;
+    std::vector<ElementStiffness> stiffness;
+};
+
+Linearised in_lanes(const Pieces& p, int steps, int from, int to) {
+    Linearised out{std::vector<ExactElement>(to - from), std::vector<ElementStiffness>(to - from)};
+    Batch batch;
+    batch.reserve(to - from);
+    for (int i = from; i < to; ++i)
+        batch.add(p.pieces[i], p.first[i], p.wrenches[i],
+                  out.elements[i - from].target(p.second[i], out.stiffness[i - from]));
+    batch.run(steps);
+    return out;
+}
+
+template <class Run>
+void with_every_instruction_set(Run&& run) {
+    const std::string before = lanes::kernel().instruction_set;
+    for (const lanes::Kernel* kernel : lanes::kernels()) {
+        lanes::use(kernel->instruction_set);
+        run();
+    }
+    lanes::use(before);
+}
+
+}  // namespace
+
+CLAIM(lanes_linearise_as_the_plain_element_does) {
+    for (const lanes::Loads loads : {lanes::Loads::none, lanes::Loads::force, lanes::Loads::any})
+        for (const double miss : {1e-9, 0.05, 0.5, 2.5}) {
+            Draw draw(70);
+            const Pieces p(draw, 19, loads, miss);
+            with_every_instruction_set([&] {
+                const Linearised found = in_lanes(p, 3, 0, p.count());
+                for (int i = 0; i < p.count(); ++i) {
+                    ExactElement plain;
+                    ElementStiffness expected;
+                    CHECK(plain.linearise(p.pieces[i], p.first[i], p.second[i], p.wrenches[i], {8, 3}, expected));
+                    const ExactElement& element = found.elements[i];
+                    CHECK(element.regular());
+                    // A few hundred operations and one inverse of a well-scaled matrix: rounding, times its condition.
+                    const double size = expected.stiffness.norm();
+                    CHECK_NEAR(found.stiffness[i].stiffness, expected.stiffness, 1e-11 * size);
+                    CHECK_NEAR(found.stiffness[i].force, expected.force, 1e-11 * (size + expected.force.norm()));
+                    CHECK_NEAR(element.gap(), plain.gap(), 1e-13);
+                    CHECK_NEAR(element.end().pose.position, plain.end().pose.position, 1e-14);
+                    CHECK_NEAR(element.end().pose.rotation, plain.end().pose.rotation, 1e-14);
+                    CHECK_NEAR(element.end().wrench, plain.end().wrench, 1e-12);
+                    const Vector6 x = 0.01 * draw.matrix<Vector6>(), y = 0.01 * draw.matrix<Vector6>();
+                    const Vector6 change = plain.wrench_change(x, y);
+                    CHECK_NEAR(element.wrench_change(x, y), change, 1e-11 * size);
+                    CHECK_NEAR(element.end_wrench_by_base_wrench(), plain.end_wrench_by_base_wrench(), 1e-12);
+                }
+            });
+        }
+}
+
+CLAIM(lanes_shoot_as_the_plain_integrator_does) {
+    Draw draw(71);
+    const Pieces p(draw, 11, lanes::Loads::any, 0.1);
+    with_every_instruction_set([&] {
+        std::vector<EndState> ends(p.count());
+        Batch batch;
+        for (int i = 0; i < p.count(); ++i) batch.add(p.pieces[i], p.first[i], p.wrenches[i], ends[i]);
+        batch.run(2);
+        for (int i = 0; i < p.count(); ++i) {
+            const EndState expected = end_of(p.pieces[i], p.first[i], p.wrenches[i], {8, 2});
+            CHECK_NEAR(ends[i].pose.position, expected.pose.position, 1e-14);
+            CHECK_NEAR(ends[i].pose.rotation, expected.pose.rotation, 1e-14);
+            CHECK_NEAR(ends[i].wrench, expected.wrench, 1e-12);
+        }
+    });
+}
+
+CLAIM(a_piece_gives_the_same_bits_alone_and_in_any_lane) {
+    Draw draw(72);
+    const Pieces p(draw, 17, lanes::Loads::force, 0.02);
+    with_every_instruction_set([&] {
+        const Linearised all = in_lanes(p, 2, 0, p.count());
+        for (int from = 0; from < p.count(); ++from) {
+            const int to = std::min(p.count(), from + 1 + from % 4);
+            // Alone, a loaded piece and one without load are the same kind only beside loaded ones.
+            if (!p.pieces[from].loaded()) continue;
+            const Linearised some = in_lanes(p, 2, from, to);
+            CHECK(same_numbers(some.stiffness[0].stiffness, all.stiffness[from].stiffness));
+            CHECK(same_numbers(some.stiffness[0].force, all.stiffness[from].force));
+            CHECK(same_numbers(some.elements[0].end().wrench, all.elements[from].end().wrench));
+        }
+    });
+}
+
+CLAIM(a_lane_without_a_finite_shape_says_so_and_leaves_the_others_alone) {
+    Draw draw(73);
+    Pieces p(draw, 9, lanes::Loads::force, 0.02);
+    with_every_instruction_set([&] {
+        const Linearised before = in_lanes(p, 2, 0, p.count());
+        Pieces sick = p;
+        for (std::size_t i = 0; i < sick.pieces.size(); ++i) sick.pieces[i].section = &sick.sections[i % 3];
+        sick.wrenches[4].setConstant(std::numeric_limits<double>::quiet_NaN());
+        sick.wrenches[6].setConstant(1e200);
+        const Linearised after = in_lanes(sick, 2, 0, sick.count());
+        for (int i = 0; i < p.count(); ++i) {
+            CHECK(after.elements[i].regular() == (i != 4 && i != 6));
+            if (i == 4 || i == 6) continue;
+            CHECK(same_numbers(after.stiffness[i].stiffness, before.stiffness[i].stiffness));
+        }
+    });
+}
+
+CLAIM(an_instruction_set_that_the_machine_has_not_is_refused_by_name) {
+    CHECK_RAISES(std::invalid_argument, lanes::use("quantum"));
+    CHECK(std::string(lanes::kernels().front()->instruction_set) == "baseline");
+}
