@@ -6,6 +6,7 @@
 
 #include "softlimb/limb/attempt.hpp"
 #include "softlimb/limb/detour.hpp"
+#include "softlimb/limb/shortcut.hpp"
 #include "softlimb/limb/start.hpp"
 
 namespace softlimb::limb {
@@ -46,6 +47,15 @@ std::string millimetres(double length) {
     return text.str();
 }
 
+/// Rods that carry a load between their ends.
+bool heavy(const Scene& scene) {
+    for (std::size_t i = 0; i < scene.rods.size(); ++i) {
+        const rod::LineLoad<double> load = scene.line_load(static_cast<int>(i));
+        if (!eigen(load.force).isZero(0.0) || !eigen(load.moment).isZero(0.0)) return true;
+    }
+    return false;
+}
+
 std::string count_of(int modes) { return std::to_string(modes) + (modes == 1 ? " unstable mode" : " unstable modes"); }
 
 }  // namespace
@@ -61,6 +71,12 @@ Solution solution_at(const Geometry& geometry, const Scene& scene, const Shape& 
 }
 
 Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions& options, const Shape* start) {
+    if (start == nullptr && geometry.plates() > 1 && options.prefer_stable && unloaded(geometry, scene)) {
+        const auto segment = [](const Geometry& part, const Scene& at, const SolveOptions& how) {
+            return solve(part, at, how, nullptr);
+        };
+        if (std::optional<Solution> whole = solve_apart(geometry, scene, options, segment)) return *std::move(whole);
+    }
     Solution solution;
     solution.conservative = scene.conservative();
     // A cold start of the reference limb takes about 2 000 evaluations of its nine rods; a rod wound into five turns
@@ -76,6 +92,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         if (attempt.report.neutral_mode)
             message += "; a move of the limb costs nothing here: the posture is one of many equal ones";
         solution.message = std::move(message);
+        if (!heavy(scene)) solution.plan.push_back("no gravity or other load along the rods: six columns a piece instead of eight");
         return std::move(solution);
     };
     // A saddle of the mesh is worth a word only if the exact rods have an unstable posture there too.
@@ -119,6 +136,17 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     } else {
         shape = geodesic_shape(geometry, scene, constant_curvature_plates(geometry, scene), 1);
         set_geodesic_wrenches(scene, shape, Stiffness::softened);
+        if (std::optional<Shape> straight = straight_shape(geometry, scene)) {
+            Attempt attempt =
+                refine(scene, options, work, equilibrium, *std::move(straight), solution.iterations, warm_piece);
+            if (good_enough(attempt)) {
+                solution.plan.push_back("equal pressures and loads along the axis: straight, in closed form");
+                const bool stable = attempt.stable();
+                return accept(std::move(attempt),
+                              stable ? "converged" : "converged to an unstable posture, as allowed");
+            }
+            if (attempt.converged()) unstable = std::move(attempt);
+        }
         // Exact Newton on a short leash from there: three of four hanging limbs need no more. What it finds is taken
         // when it is stable; any other end costs a few iterations and leaves the way down to the descent.
         constexpr int patience = 15;
