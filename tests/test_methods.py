@@ -7,11 +7,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 import softlimb as sl
-from benchmarks.methods import constant_curvature, modes, paper, single_shooting
-from benchmarks.methods.problem import Problem, condition, equilibrated, pose_error
-from benchmarks.methods.rods import end_of
+from benchmarks.methods import modes
 from benchmarks.methods.scenes import scenes
 from softlimb import presets
+from softlimb.bench.methods import constant_curvature, paper, single_shooting
+from softlimb.bench.methods.problem import Problem, condition, equilibrated, pose_error
+from softlimb.bench.methods.rods import end_of
 
 SECTION = sl.Section(axial=400.0, shear=130.0, bending=0.08, torsion=0.06, mass_per_length=0.4)
 COUPLED = sl.Section(axial=400.0, shear=130.0, bending=0.08, torsion=0.06, rest_twist=0.7, extension_twist=0.05)

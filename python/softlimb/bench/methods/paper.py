@@ -19,8 +19,8 @@ import time
 
 import numpy as np
 
-from .problem import Answer, Problem, rotation_gap
-from .rods import STEPS, end_of
+from softlimb.bench.methods.problem import Answer, Array, Problem, rotation_gap
+from softlimb.bench.methods.rods import STEPS, end_of
 
 __all__ = ["residual", "scaled_jacobian", "solve"]
 
@@ -28,7 +28,9 @@ _TOLERANCE = 1e-6
 _COMPLEX_STEP = 1e-30
 
 
-def residual(problem: Problem, tip, unknowns, steps=STEPS):
+def residual(
+    problem: Problem, tip: Array, unknowns: Array, steps: int = STEPS
+) -> tuple[Array, list[tuple[Array, Array]]]:
     """Residuals and plates (of each segment's first rod) at unknowns (..., 7R): lengths, then wrenches rod by rod."""
     rods = problem.rods
     lengths = unknowns[..., :rods]
@@ -71,14 +73,15 @@ def residual(problem: Problem, tip, unknowns, steps=STEPS):
     return np.concatenate([part.reshape(*batch, -1) for part in rows], axis=-1), plates
 
 
-def _less(balance, arms, wrenches):
+def _less(balance: Array, arms: Array, wrenches: Array) -> Array:
     """A balance less the wrenches of rods at the given arms."""
     force, moment = wrenches[..., :3], wrenches[..., 3:]
     total = np.concatenate([force, moment + np.cross(arms, force)], axis=-1).sum(axis=-2)
-    return balance - total[..., None, :]
+    less: Array = balance - total[..., None, :]
+    return less
 
 
-def _pairs(count):
+def _pairs(count: int) -> tuple[Array, Array]:
     """Pairs of neighbours around the ring; three rods have three, which depend on each other."""
     if count == 1:
         return np.array([], dtype=int), np.array([], dtype=int)
@@ -87,25 +90,33 @@ def _pairs(count):
     return np.arange(count), (np.arange(count) + 1) % count
 
 
-def _typical(problem):
+def _typical(problem: Problem) -> Array:
     """Size of each unknown: a length, EI/l^2, EI/l."""
     return np.concatenate([problem.lengths, problem.unit_wrenches.ravel()])
 
 
-def scaled_jacobian(problem, tip, unknowns, steps=STEPS):
+def scaled_jacobian(problem: Problem, tip: Array, unknowns: Array, steps: int = STEPS) -> Array:
     """The Jacobian without units, by complex steps: for condition and rank, not used by the algorithm."""
     columns = unknowns + 1j * _COMPLEX_STEP * np.diag(_typical(problem))
     jacobian = (residual(problem, tip, columns, steps)[0].imag / _COMPLEX_STEP).T
     pose = [problem.scale] * 3 + [1.0] * 3
-    balance = [problem.unit_force.max()] * 3 + [problem.unit_moment.max()] * 3
-    rows = []
+    balance = [float(problem.unit_force.max())] * 3 + [float(problem.unit_moment.max())] * 3
+    rows: list[float] = []
     for j in range(problem.plates):
         count = int((problem.segment == j).sum())
         rows += pose * (len(_pairs(count)[0]) if j + 1 < problem.plates else count) + balance
-    return jacobian / np.array(rows)[:, None]
+    scaled: Array = jacobian / np.array(rows)[:, None]
+    return scaled
 
 
-def solve(problem: Problem, tip, start_lengths, limit=20.0, steps=STEPS, most_iterations=50) -> Answer:
+def solve(
+    problem: Problem,
+    tip: Array,
+    start_lengths: Array,
+    limit: float = 20.0,
+    steps: int = STEPS,
+    most_iterations: int = 50,
+) -> Answer:
     """Lengths for a tip pose (4, 4), from given lengths and no wrenches.
 
     Parameters
@@ -117,7 +128,7 @@ def solve(problem: Problem, tip, start_lengths, limit=20.0, steps=STEPS, most_it
     unit = _typical(problem)
     small = np.sqrt(np.finfo(float).eps) * unit
     x = np.concatenate([start_lengths, np.zeros(6 * problem.rods)])
-    answer, damping, growth = Answer(False, "no convergence"), None, 2.0
+    answer, damping, growth = Answer(False, "no convergence"), 0.0, 2.0
     with np.errstate(all="ignore"):
         error = residual(problem, tip, x, steps)[0]
         jacobian = None
@@ -138,7 +149,8 @@ def solve(problem: Problem, tip, start_lengths, limit=20.0, steps=STEPS, most_it
                     answer.outcome = "overflow"
                     break
                 normal, slope = jacobian.T @ jacobian, jacobian.T @ error
-                damping = 1e-3 * np.diag(normal).max() if damping is None else damping
+                if answer.iterations == 1:
+                    damping = 1e-3 * float(np.diag(normal).max())
             step = -np.linalg.solve(normal + damping * np.eye(len(x)), slope)
             there = residual(problem, tip, x + unit * step, steps)[0]
             gain = (error @ error - there @ there) / -(2.0 * slope @ step + step @ normal @ step)
