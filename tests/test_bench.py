@@ -1,4 +1,4 @@
-"""`softlimb bench`: its unit of time is the agreed loop, its rows say what they should, its checks refuse wrong answers.
+"""`softlimb bench`: its unit of time is the agreed loop, its rows say what they should, it refuses wrong answers.
 
 No test here says how fast anything is.
 """
