@@ -19,19 +19,23 @@ import time
 
 import numpy as np
 
+from softlimb.bench.methods.plates import balance, less, pair_gaps, plate_of_each
 from softlimb.bench.methods.problem import Answer, Array, Problem, rotation_gap
 from softlimb.bench.methods.rods import STEPS, end_of
 
-__all__ = ["residual", "scaled_jacobian", "solve"]
+__all__ = ["residual", "residual_sizes", "scaled_jacobian", "solve"]
 
 _TOLERANCE = 1e-6
 _COMPLEX_STEP = 1e-30
 
 
 def residual(
-    problem: Problem, tip: Array, unknowns: Array, steps: int = STEPS
+    problem: Problem, tip: Array | None, unknowns: Array, steps: int = STEPS
 ) -> tuple[Array, list[tuple[Array, Array]]]:
-    """Residuals and plates (of each segment's first rod) at unknowns (..., 7R): lengths, then wrenches rod by rod."""
+    """Residuals and plates (of each segment's first rod) at unknowns (..., 7R): lengths, then wrenches rod by rod.
+
+    Without a tip pose the last plate is like the others: its rods' ends agree in pairs.
+    """
     rods = problem.rods
     lengths = unknowns[..., :rods]
     wrenches = unknowns[..., rods:].reshape(*unknowns.shape[:-1], rods, 6)
@@ -50,35 +54,18 @@ def residual(
             origin, axes = below[0][..., under, :], below[1][..., under, :, :]
             foot = frames[:, :3, 3] + [0.0, 0.0, problem.thickness[j - 1]]
             base = origin + np.einsum("...rij,rj->...ri", axes, foot), axes @ frames[:, :3, :3]
-            rows[-1] = _less(rows[-1], base[0] - below[0][..., :1, :], wrenches[..., here, :])
+            rows[-1] = less(rows[-1], base[0] - below[0][..., :1, :], wrenches[..., here, :])
         end_p, end_r, end_w = end_of(problem, here, base, wrenches[..., here, :], lengths[..., here], steps)
-        # The plate as each rod has it.
-        axes = end_r @ np.swapaxes(ends[:, :3, :3], -1, -2)
-        origin = end_p - np.einsum("...rij,rj->...ri", axes, ends[:, :3, 3])
-        if j + 1 < problem.plates:
-            first, second = _pairs(len(here))
-            turn = axes[..., first, :, :] @ np.swapaxes(axes[..., second, :, :], -1, -2)
-            rows.append(np.concatenate([origin[..., first, :] - origin[..., second, :], rotation_gap(turn)], axis=-1))
+        origin, axes = plate_of_each(end_p, end_r, ends)
+        if tip is None or j + 1 < problem.plates:
+            rows.append(pair_gaps(origin, axes, *_pairs(len(here))))
         else:
             turn = axes @ tip[:3, :3].T
             rows.append(np.concatenate([origin - tip[:3, 3], rotation_gap(turn)], axis=-1))
-        load = problem.wrenches[j].copy()
-        load[:3] += problem.weight[j]
-        arm = 0.5 * problem.thickness[j] * axes[..., 0, :, 2]
-        moment = -load[3:] - np.cross(arm, problem.weight[j])
-        balance = np.concatenate([np.broadcast_to(-load[:3], moment.shape), moment], axis=-1)[..., None, :]
-        rows.append(-_less(-balance, end_p - origin[..., :1, :], end_w))
+        rows.append(balance(problem, j, origin[..., 0, :], axes[..., 0, :, 2], end_p, end_w))
         below = origin, axes
         plates.append((origin[..., 0, :], axes[..., 0, :, :]))
     return np.concatenate([part.reshape(*batch, -1) for part in rows], axis=-1), plates
-
-
-def _less(balance: Array, arms: Array, wrenches: Array) -> Array:
-    """A balance less the wrenches of rods at the given arms."""
-    force, moment = wrenches[..., :3], wrenches[..., 3:]
-    total = np.concatenate([force, moment + np.cross(arms, force)], axis=-1).sum(axis=-2)
-    less: Array = balance - total[..., None, :]
-    return less
 
 
 def _pairs(count: int) -> tuple[Array, Array]:
@@ -99,14 +86,19 @@ def scaled_jacobian(problem: Problem, tip: Array, unknowns: Array, steps: int = 
     """The Jacobian without units, by complex steps: for condition and rank, not used by the algorithm."""
     columns = unknowns + 1j * _COMPLEX_STEP * np.diag(_typical(problem))
     jacobian = (residual(problem, tip, columns, steps)[0].imag / _COMPLEX_STEP).T
+    scaled: Array = jacobian / residual_sizes(problem, True)[:, None]
+    return scaled
+
+
+def residual_sizes(problem: Problem, with_tip: bool) -> Array:
+    """Size of each residual, with a tip pose or without: the limb's length, one radian, the largest EI/l^2 and EI/l."""
     pose = [problem.scale] * 3 + [1.0] * 3
-    balance = [float(problem.unit_force.max())] * 3 + [float(problem.unit_moment.max())] * 3
-    rows: list[float] = []
+    held = [float(problem.unit_force.max())] * 3 + [float(problem.unit_moment.max())] * 3
+    sizes: list[float] = []
     for j in range(problem.plates):
         count = int((problem.segment == j).sum())
-        rows += pose * (len(_pairs(count)[0]) if j + 1 < problem.plates else count) + balance
-    scaled: Array = jacobian / np.array(rows)[:, None]
-    return scaled
+        sizes += pose * (count if with_tip and j + 1 == problem.plates else len(_pairs(count)[0])) + held
+    return np.array(sizes)
 
 
 def solve(

@@ -15,7 +15,7 @@ from softlimb.bench.methods import constant_curvature
 from softlimb.bench.methods.problem import Answer, Array, Problem, hat, rotation_gap
 from softlimb.bench.methods.rods import STEPS, end_of
 
-__all__ = ["base_frames", "refine", "residual_and_jacobian", "scaled_jacobian", "sensitivities", "solve"]
+__all__ = ["base_frames", "refine", "residual_and_jacobian", "scaled_jacobian", "sensitivities", "solve", "starts"]
 
 _LARGEST_TURN = 0.5  # [rad] of a plate in one step; translations as far as half a rod
 _TOLERANCE = 1e-6
@@ -223,6 +223,15 @@ def _newton(
     return answer
 
 
+def starts(problem: Problem) -> list[tuple[Array, Array]]:
+    """Plates and base wrenches to start from: by constant curvature where it applies, then straight and unloaded."""
+    arcs = constant_curvature.solve(problem)
+    found = [(_straight_plates(problem), np.zeros((problem.rods, 6)))]
+    if arcs.converged:
+        found.insert(0, (arcs.plates, _bent_wrenches(problem, arcs.plates)))
+    return found
+
+
 def solve(problem: Problem, limit: float = 20.0, steps: int = STEPS, most_iterations: int = 50) -> Answer:
     """Newton from the constant-curvature plates, and if that fails from the straight ones with no wrenches.
 
@@ -232,14 +241,9 @@ def solve(problem: Problem, limit: float = 20.0, steps: int = STEPS, most_iterat
         Time after which it gives up [s].
     """
     deadline = time.perf_counter() + limit
-    arcs = constant_curvature.solve(problem)
-    straight = _straight_plates(problem)
-    starts = [(straight, np.zeros((problem.rods, 6)))]
-    if arcs.converged:
-        starts.insert(0, (arcs.plates, _bent_wrenches(problem, arcs.plates)))
     iterations = 0
     with np.errstate(all="ignore"):
-        for plates, wrenches in starts:
+        for plates, wrenches in starts(problem):
             answer = _newton(problem, plates, wrenches, steps, deadline, most_iterations)
             iterations += answer.iterations
             answer.iterations, answer.lengths = iterations, problem.lengths
