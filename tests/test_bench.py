@@ -105,6 +105,17 @@ def test_every_sample_has_the_yardsticks_around_it(monkeypatch: pytest.MonkeyPat
     assert_allclose(found["b"].ratios * us, [1 / 2.5, 2 / 2.5, 1 / 4.5, 2 / 4.5])
 
 
+def test_a_sample_takes_at_least_the_shortest_time() -> None:
+    runs: list[int] = []
+    question = speed.Question([lambda: runs.append(1) or []], lambda _: None, solves=4)
+    (seconds,) = question.timed(question.walks, shortest=0.002)
+    assert len(runs) > 1
+    assert seconds * 4 * len(runs) >= 0.002
+    runs.clear()
+    question.timed(question.walks)
+    assert len(runs) == 1
+
+
 def test_a_figure_is_met_by_less_and_a_gain_by_more() -> None:
     time, gain = speed.Goal(15.0, 8.0), speed.Goal(1.9, 1.95, "times")
     assert [time.met(value) for value in (8.0, 8.1, 15.0, 15.1, np.nan)] == ["aim", "yes", "yes", "no", "no"]

@@ -17,6 +17,7 @@ from softlimb.tube import Tube, TubeState
 __all__ = [
     "batch_fault",
     "distance_fault",
+    "first",
     "jacobian_fault",
     "posture_fault",
     "same_bits_fault",
