@@ -18,6 +18,7 @@ import softlimb as sl
 from discrete_rods import DiscreteLimb, rotation_vector, unstable_modes
 from frames import pose, solved, turn
 from softlimb import presets
+from softlimb.bench.limbs import LEG, STEEL, built_height, joints, six_legs
 from softlimb.units import deg, kPa, mm
 
 COMPLEX = np.array([[90.0, 60.0, 30.0], [60.0, 40.0, 20.0], [50.0, 50.0, 50.0]]) * kPa
@@ -451,42 +452,6 @@ def test_rest_lengths_that_differ_in_the_last_bit_or_not_at_all_are_no_trouble()
 
 
 # --- six legs ----------------------------------------------------------------------------------------------------
-
-LEG, CIRCLE, RADIUS = 0.4, 87.0 * mm, 1.0 * mm
-AREA, SECOND = np.pi * RADIUS**2, 0.25 * np.pi * RADIUS**4
-STEEL = sl.Section(axial=200e9 * AREA, shear=77e9 * AREA, bending=200e9 * SECOND, torsion=77e9 * 2.0 * SECOND)
-
-
-def joints() -> tuple[np.ndarray, np.ndarray]:
-    """Base joints in pairs 20 degrees apart, and tip joints with the pattern turned by 60 degrees, each leg's own."""
-    middle = np.repeat([0.0, 120.0, 240.0], 2)
-    base = (middle + np.tile([-10.0, 10.0], 3)) * deg
-    tip = (middle + np.tile([-50.0, 50.0], 3)) * deg
-    flat = np.stack([np.cos(base), np.sin(base), 0.0 * base], axis=1), np.stack(
-        [np.cos(tip), np.sin(tip), 0.0 * tip], axis=1
-    )
-    return CIRCLE * flat[0], CIRCLE * flat[1]
-
-
-def built_height() -> float:
-    base, tip = joints()
-    return float(np.sqrt(LEG**2 - ((tip - base) ** 2).sum(axis=1)[0]))
-
-
-def six_legs(lengths: Any) -> sl.Limb:
-    """Legs clamped along the lines between the joints of a platform at the height as built."""
-    base, tip = joints()
-    frames = []
-    for a, b in zip(base, tip, strict=True):
-        z = b - a + [0.0, 0.0, built_height()]
-        z /= np.linalg.norm(z)
-        x = np.cross([0.0, 1.0, 0.0], z)
-        x /= np.linalg.norm(x)
-        frames.append(np.stack([x, np.cross(z, x), z], axis=1))
-    bases = [pose(a, axes) for a, axes in zip(base, frames, strict=True)]
-    ends = [pose(b, axes) for b, axes in zip(tip, frames, strict=True)]
-    rods = [sl.Rod(STEEL, float(length)) for length in lengths]
-    return sl.Limb([sl.Segment(rods=rods, base_frames=bases, end_frames=ends)])
 
 
 def lift_by_collocation(length: float, force: float) -> float:

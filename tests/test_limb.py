@@ -17,7 +17,8 @@ from numpy.testing import assert_allclose
 import softlimb as sl
 from frames import pose, solved, turn
 from softlimb import presets
-from softlimb.units import deg, kPa, mm
+from softlimb.bench.limbs import six_legs
+from softlimb.units import kPa, mm
 
 HANGING, STANDING = (0.0, 0.0, 9.81), (0.0, 0.0, -9.81)
 COMPLEX = np.array([[90.0, 60.0, 30.0], [60.0, 40.0, 20.0], [50.0, 50.0, 50.0]]) * kPa
@@ -422,34 +423,8 @@ def test_a_stiff_rod_beside_soft_ones_takes_the_load() -> None:
     assert_allclose(found.base_wrench, -wrench_at_base(found), rtol=0.0, atol=1e-6)
 
 
-def stewart_gough(lengths: Any) -> sl.Limb:
-    """Six steel legs, 0.4 m, radius 1 mm; joints in pairs 20 degrees apart, the tip pattern turned by 60 degrees."""
-    radius = 1e-3
-    area, second = np.pi * radius**2, 0.25 * np.pi * radius**4
-    steel = sl.Section(axial=200e9 * area, shear=80e9 * area, bending=200e9 * second, torsion=80e9 * 2.0 * second)
-    middle = np.repeat([0.0, 120.0, 240.0], 2)
-    side = np.tile([-10.0, 10.0], 3)
-    base_angles, tip_angles = (middle + side) * deg, (middle + np.tile([-50.0, 50.0], 3)) * deg
-    circle = 0.087
-    base = np.stack([np.cos(base_angles), np.sin(base_angles), 0.0 * base_angles], axis=1) * circle
-    tip = np.stack([np.cos(tip_angles), np.sin(tip_angles), 0.0 * tip_angles], axis=1) * circle
-    height = np.sqrt(0.4**2 - ((tip - base)[:, :2] ** 2).sum(axis=1))[0]
-    frames, ends = [], []
-    for a, b in zip(base, tip, strict=True):
-        z = np.append((b - a)[:2], height)
-        z /= np.linalg.norm(z)
-        x = np.cross([0.0, 1.0, 0.0], z)
-        x /= np.linalg.norm(x)
-        axes = np.stack([x, np.cross(z, x), z], axis=1)
-        frames.append(pose(a, axes))
-        ends.append(pose(b, axes))
-    return sl.Limb(
-        [sl.Segment(rods=[sl.Rod(steel, length) for length in lengths], base_frames=frames, end_frames=ends)]
-    )
-
-
 def test_six_legs_of_equal_length_stand_as_built() -> None:
-    found = solved(stewart_gough([0.4] * 6), tolerance=1e-9)
+    found = solved(six_legs([0.4] * 6), tolerance=1e-9)
     assert_allclose(found.tip[:2, 3], 0.0, rtol=0.0, atol=1e-10)
     assert_allclose(found.tip[:3, :3], np.eye(3), rtol=0.0, atol=1e-8)
     assert found.stable
@@ -458,7 +433,7 @@ def test_six_legs_of_equal_length_stand_as_built() -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_six_legs_of_unequal_length_move_the_platform_as_a_stewart_gough_robot(seed: int) -> None:
     lengths = 0.4 + np.random.default_rng(seed).uniform(-0.01, 0.01, 6)
-    found = solved(stewart_gough(lengths), tip_force=(1.0, 0.5, -5.0), tolerance=1e-9)
+    found = solved(six_legs(lengths), tip_force=(1.0, 0.5, -5.0), tolerance=1e-9)
     assert found.stable
     assert_allclose(found.base_wrench[:3], [-1.0, -0.5, 5.0], rtol=0.0, atol=1e-6)
     # As springs: the tip's compliance is small along the legs, so it is stiff in all six freedoms.

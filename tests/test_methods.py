@@ -7,11 +7,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 import softlimb as sl
-from benchmarks.methods import constant_curvature, modes, paper, single_shooting
-from benchmarks.methods.problem import Problem, condition, equilibrated, pose_error
-from benchmarks.methods.rods import end_of
+from benchmarks.methods import modes
 from benchmarks.methods.scenes import scenes
 from softlimb import presets
+from softlimb.bench import limbs
+from softlimb.bench.methods import collocation, constant_curvature, elastica, least_squares, paper, single_shooting
+from softlimb.bench.methods.problem import Problem, condition, equilibrated, pose_error
+from softlimb.bench.methods.rods import end_of
 
 SECTION = sl.Section(axial=400.0, shear=130.0, bending=0.08, torsion=0.06, mass_per_length=0.4)
 COUPLED = sl.Section(axial=400.0, shear=130.0, bending=0.08, torsion=0.06, rest_twist=0.7, extension_twist=0.05)
@@ -93,6 +95,70 @@ def test_single_shooting_fails_under_strong_tension():
     assert_allclose(truth.tip[:3, 3], scene.exact, rtol=0.0, atol=1e-8)
     answer = single_shooting.solve(Problem.of(truth), limit=3.0, most_iterations=15)
     assert not answer.converged or pose_error(answer.plates[0], truth.tip, 1.0) > 1e-3
+
+
+def loaded_segment():
+    """Two coupled rods and a soft one under everything that the compared methods know."""
+    rods = [sl.Rod(COUPLED, 0.2), sl.Rod(COUPLED, 0.21), sl.Rod(SECTION, 0.2)]
+    limb = sl.Limb([sl.Segment(rods=rods, ring_radius=0.03, plate=sl.Plate(thickness=0.02, mass=0.05))])
+    lines = {"rod_forces": np.full((3, 3), 0.2), "rod_moments": [[0.0, 0.02, 0.01]] * 3}
+    return solved(limb, gravity=(1.0, 2.0, 9.0), tip_force=(0.2, 0.0, 0.1), tip_moment=(0.01, 0.0, 0.01), **lines)
+
+
+def two_segments():
+    limb = sl.Limb([ring((0.2, 0.205, 0.2), thickness=0.02, mass=0.02), ring((0.2, 0.2), thickness=0.02, mass=0.02)])
+    return solved(limb, gravity=(0.0, 1.0, 9.0), tip_force=(0.1, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("scene", [loaded_segment, two_segments])
+@pytest.mark.parametrize("method", [collocation, least_squares])
+def test_scipy_finds_the_same_posture(method, scene):
+    pytest.importorskip("scipy")
+    posture = scene()
+    answer = method.solve(Problem.of(posture), limit=60.0)
+    assert answer.converged, answer.outcome
+    for found, true in zip(answer.plates, posture.plates, strict=True):
+        # RK4 of 40 steps, and a collocation residual of 1e-6.
+        assert pose_error(found, true, posture.limb.length) < 1e-6
+    wrenches = np.array([rod.base_wrench for row in posture.rods for rod in row])
+    assert_allclose(answer.wrenches, wrenches, rtol=0.0, atol=1e-5 * np.abs(wrenches).max())
+
+
+@pytest.mark.parametrize("method", [collocation, least_squares])
+def test_scipy_gives_up_in_time(method):
+    pytest.importorskip("scipy")
+    answer = method.solve(Problem.of(two_segments()), limit=0.0)
+    assert not answer.converged
+    assert answer.outcome == "gave up"
+
+
+def test_quaternions_of_rotations_turn_back_into_them():
+    generator = np.random.default_rng(3)
+    q = generator.normal(size=(40, 4))
+    q /= np.linalg.norm(q, axis=-1, keepdims=True)
+    q[:4] = np.eye(4)  # each half turn
+    rotation = collocation._rotation_of(q)
+    assert_allclose(rotation @ np.swapaxes(rotation, -1, -2), np.tile(np.eye(3), (40, 1, 1)), rtol=0.0, atol=1e-14)
+    found = collocation._quaternion_of(rotation)
+    assert_allclose(found * np.sign((found * q).sum(axis=-1, keepdims=True)), q, rtol=0.0, atol=1e-14)
+
+
+@pytest.mark.slow  # PyElastica compiles itself first
+@pytest.mark.filterwarnings("default")  # what it warns of is its own
+def test_a_simulated_rod_comes_to_rest_where_ours_stands():
+    pytest.importorskip("elastica")
+    rod = limbs.soft_rod()
+    true = rod.cantilever(tip_force=(0.03, 0.02, 0.0), gravity=limbs.HANGING)
+    assert true.success
+    answer = elastica.solve(rod, (0.03, 0.02, 0.0), limbs.HANGING, limit=300.0)
+    assert answer.converged, answer.outcome
+    # Its clamp holds half an element too much: a share 1.5/40 of the deflection of 18 mm, of a length of 300 mm.
+    assert np.linalg.norm(answer.plates[0, :3, 3] - true.tip[:3, 3]) < 1.5 / 40 * 0.018 * 1.2
+
+
+def test_a_simulated_rod_needs_a_mass():
+    with pytest.raises(ValueError, match="needs a radius and a mass"):
+        elastica.solve(sl.Rod(SECTION, 0.2), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 def test_constant_curvature_is_exact_for_equal_rods_and_close_for_nearly_equal_ones():

@@ -20,5 +20,6 @@ void bind_tube(pybind11::module_& m);
 void bind_rod(pybind11::module_& m);
 void bind_limb(pybind11::module_& m);
 void bind_path(pybind11::module_& m);
+void bind_bench(pybind11::module_& m);
 
 }  // namespace softlimb::bindings

@@ -1,8 +1,8 @@
 """What breaks each method: single shooting, the paper's algorithm, constant curvature, and softlimb, scene by scene.
 
-Scenes: `methods/scenes.py`. Methods: `methods/`, each a plain implementation of its own on the same equations;
-sections, rest lengths and loads are those of the package's posture. The paper's algorithm is given the true pose of the
-tip and has to find the rods' lengths.
+Scenes: `methods/scenes.py`. Methods: `softlimb.bench.methods`, each a plain implementation of its own on the same
+equations; sections, rest lengths and loads are those of the package's posture. The paper's algorithm is given the true
+pose of the tip and has to find the rods' lengths.
 
 Truth: the package's posture at tolerance 1e-10 (or the finest that it reaches, then shown), checked by an independent
 re-integration (`posture.verify`); scenes marked * are compared with a closed form too. Columns:
@@ -26,9 +26,11 @@ import time
 from dataclasses import replace
 
 import numpy as np
-from methods import constant_curvature, modes, paper, single_shooting
-from methods.problem import Problem, condition, equilibrated, pose_error
+from methods import modes
 from methods.scenes import scenes
+
+from softlimb.bench.methods import constant_curvature, paper, single_shooting
+from softlimb.bench.methods.problem import Problem, condition, equilibrated, pose_error
 
 _SAME = 1e-2  # plates closer than this are of one equilibrium; RK4 of 40 steps errs by less on all but wild scenes
 _RIGHT = 1e-4  # error of an answer that a user would call right

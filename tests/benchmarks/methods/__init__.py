@@ -1,1 +1,1 @@
-"""Other methods for the statics of a limb, written plainly from the same equations, to compare with."""
+"""Scenes that break methods, and a count of unstable modes that condenses nothing; the methods are the package's."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .problem import hat
-from .rods import end_of
-from .single_shooting import base_frames, sensitivities
+from softlimb.bench.methods.problem import hat
+from softlimb.bench.methods.rods import end_of
+from softlimb.bench.methods.single_shooting import base_frames, sensitivities
 
 __all__ = ["unstable_modes"]
 

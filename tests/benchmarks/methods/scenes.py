@@ -15,7 +15,8 @@ import numpy as np
 
 import softlimb as sl
 from softlimb import presets
-from softlimb.units import deg, kPa
+from softlimb.bench.limbs import six_legs
+from softlimb.units import kPa
 
 __all__ = ["Scene", "scenes"]
 
@@ -225,30 +226,8 @@ def equal_lengths():
 
 
 def stewart_gough():
-    """Six steel legs, 0.4 m, radius 1 mm, clamped along the line from joint to joint, two of them 5 mm longer."""
-    radius, circle_radius = 1e-3, 0.087
-    area, second = np.pi * radius**2, 0.25 * np.pi * radius**4
-    steel = sl.Section(axial=200e9 * area, shear=80e9 * area, bending=200e9 * second, torsion=80e9 * 2.0 * second)
-    middle = np.repeat([0.0, 120.0, 240.0], 2)
-    joints = []
-    for side in (-10.0, 10.0), (-50.0, 50.0):  # the tip's pairs stand between the base's
-        angles = (middle + np.tile(side, 3)) * deg
-        joints.append(circle_radius * np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1))
-    height = np.sqrt(0.4**2 - ((joints[1] - joints[0]) ** 2).sum(axis=1)[0])
-    base_frames, end_frames = np.tile(np.eye(4), (2, 6, 1, 1))
-    for i, (a, b) in enumerate(zip(*joints, strict=True)):
-        z = (b - a + [0.0, 0.0, height]) / 0.4
-        x = np.cross([0.0, 1.0, 0.0], z)
-        x /= np.linalg.norm(x)
-        axes = np.stack([x, np.cross(z, x), z], axis=1)
-        base_frames[i, :3, :3] = end_frames[i, :3, :3] = axes
-        base_frames[i, :3, 3], end_frames[i, :3, 3] = a, b
-
-    def limb():
-        rods = [sl.Rod(steel, length) for length in (0.4, 0.405, 0.4, 0.4, 0.405, 0.4)]
-        return sl.Limb([sl.Segment(rods=rods, base_frames=base_frames, end_frames=end_frames)])
-
-    return Scene("Stewart-Gough robot", limb, {"tip_force": (1.0, 0.5, -5.0)})
+    lengths = [0.4, 0.405, 0.4, 0.4, 0.405, 0.4]
+    return Scene("Stewart-Gough robot", lambda: six_legs(lengths), {"tip_force": (1.0, 0.5, -5.0)})
 
 
 def random_scene(number):

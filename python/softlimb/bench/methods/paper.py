@@ -19,17 +19,23 @@ import time
 
 import numpy as np
 
-from .problem import Answer, Problem, rotation_gap
-from .rods import STEPS, end_of
+from softlimb.bench.methods.plates import balance, less, pair_gaps, plate_of_each
+from softlimb.bench.methods.problem import Answer, Array, Problem, rotation_gap
+from softlimb.bench.methods.rods import STEPS, end_of
 
-__all__ = ["residual", "scaled_jacobian", "solve"]
+__all__ = ["residual", "residual_sizes", "scaled_jacobian", "solve"]
 
 _TOLERANCE = 1e-6
 _COMPLEX_STEP = 1e-30
 
 
-def residual(problem: Problem, tip, unknowns, steps=STEPS):
-    """Residuals and plates (of each segment's first rod) at unknowns (..., 7R): lengths, then wrenches rod by rod."""
+def residual(
+    problem: Problem, tip: Array | None, unknowns: Array, steps: int = STEPS
+) -> tuple[Array, list[tuple[Array, Array]]]:
+    """Residuals and plates (of each segment's first rod) at unknowns (..., 7R): lengths, then wrenches rod by rod.
+
+    Without a tip pose the last plate is like the others: its rods' ends agree in pairs.
+    """
     rods = problem.rods
     lengths = unknowns[..., :rods]
     wrenches = unknowns[..., rods:].reshape(*unknowns.shape[:-1], rods, 6)
@@ -48,37 +54,21 @@ def residual(problem: Problem, tip, unknowns, steps=STEPS):
             origin, axes = below[0][..., under, :], below[1][..., under, :, :]
             foot = frames[:, :3, 3] + [0.0, 0.0, problem.thickness[j - 1]]
             base = origin + np.einsum("...rij,rj->...ri", axes, foot), axes @ frames[:, :3, :3]
-            rows[-1] = _less(rows[-1], base[0] - below[0][..., :1, :], wrenches[..., here, :])
+            rows[-1] = less(rows[-1], base[0] - below[0][..., :1, :], wrenches[..., here, :])
         end_p, end_r, end_w = end_of(problem, here, base, wrenches[..., here, :], lengths[..., here], steps)
-        # The plate as each rod has it.
-        axes = end_r @ np.swapaxes(ends[:, :3, :3], -1, -2)
-        origin = end_p - np.einsum("...rij,rj->...ri", axes, ends[:, :3, 3])
-        if j + 1 < problem.plates:
-            first, second = _pairs(len(here))
-            turn = axes[..., first, :, :] @ np.swapaxes(axes[..., second, :, :], -1, -2)
-            rows.append(np.concatenate([origin[..., first, :] - origin[..., second, :], rotation_gap(turn)], axis=-1))
+        origin, axes = plate_of_each(end_p, end_r, ends)
+        if tip is None or j + 1 < problem.plates:
+            rows.append(pair_gaps(origin, axes, *_pairs(len(here))))
         else:
             turn = axes @ tip[:3, :3].T
             rows.append(np.concatenate([origin - tip[:3, 3], rotation_gap(turn)], axis=-1))
-        load = problem.wrenches[j].copy()
-        load[:3] += problem.weight[j]
-        arm = 0.5 * problem.thickness[j] * axes[..., 0, :, 2]
-        moment = -load[3:] - np.cross(arm, problem.weight[j])
-        balance = np.concatenate([np.broadcast_to(-load[:3], moment.shape), moment], axis=-1)[..., None, :]
-        rows.append(-_less(-balance, end_p - origin[..., :1, :], end_w))
+        rows.append(balance(problem, j, origin[..., 0, :], axes[..., 0, :, 2], end_p, end_w))
         below = origin, axes
         plates.append((origin[..., 0, :], axes[..., 0, :, :]))
     return np.concatenate([part.reshape(*batch, -1) for part in rows], axis=-1), plates
 
 
-def _less(balance, arms, wrenches):
-    """A balance less the wrenches of rods at the given arms."""
-    force, moment = wrenches[..., :3], wrenches[..., 3:]
-    total = np.concatenate([force, moment + np.cross(arms, force)], axis=-1).sum(axis=-2)
-    return balance - total[..., None, :]
-
-
-def _pairs(count):
+def _pairs(count: int) -> tuple[Array, Array]:
     """Pairs of neighbours around the ring; three rods have three, which depend on each other."""
     if count == 1:
         return np.array([], dtype=int), np.array([], dtype=int)
@@ -87,25 +77,38 @@ def _pairs(count):
     return np.arange(count), (np.arange(count) + 1) % count
 
 
-def _typical(problem):
+def _typical(problem: Problem) -> Array:
     """Size of each unknown: a length, EI/l^2, EI/l."""
     return np.concatenate([problem.lengths, problem.unit_wrenches.ravel()])
 
 
-def scaled_jacobian(problem, tip, unknowns, steps=STEPS):
+def scaled_jacobian(problem: Problem, tip: Array, unknowns: Array, steps: int = STEPS) -> Array:
     """The Jacobian without units, by complex steps: for condition and rank, not used by the algorithm."""
     columns = unknowns + 1j * _COMPLEX_STEP * np.diag(_typical(problem))
     jacobian = (residual(problem, tip, columns, steps)[0].imag / _COMPLEX_STEP).T
+    scaled: Array = jacobian / residual_sizes(problem, True)[:, None]
+    return scaled
+
+
+def residual_sizes(problem: Problem, with_tip: bool) -> Array:
+    """Size of each residual, with a tip pose or without: the limb's length, one radian, the largest EI/l^2 and EI/l."""
     pose = [problem.scale] * 3 + [1.0] * 3
-    balance = [problem.unit_force.max()] * 3 + [problem.unit_moment.max()] * 3
-    rows = []
+    held = [float(problem.unit_force.max())] * 3 + [float(problem.unit_moment.max())] * 3
+    sizes: list[float] = []
     for j in range(problem.plates):
         count = int((problem.segment == j).sum())
-        rows += pose * (len(_pairs(count)[0]) if j + 1 < problem.plates else count) + balance
-    return jacobian / np.array(rows)[:, None]
+        sizes += pose * (count if with_tip and j + 1 == problem.plates else len(_pairs(count)[0])) + held
+    return np.array(sizes)
 
 
-def solve(problem: Problem, tip, start_lengths, limit=20.0, steps=STEPS, most_iterations=50) -> Answer:
+def solve(
+    problem: Problem,
+    tip: Array,
+    start_lengths: Array,
+    limit: float = 20.0,
+    steps: int = STEPS,
+    most_iterations: int = 50,
+) -> Answer:
     """Lengths for a tip pose (4, 4), from given lengths and no wrenches.
 
     Parameters
@@ -117,7 +120,7 @@ def solve(problem: Problem, tip, start_lengths, limit=20.0, steps=STEPS, most_it
     unit = _typical(problem)
     small = np.sqrt(np.finfo(float).eps) * unit
     x = np.concatenate([start_lengths, np.zeros(6 * problem.rods)])
-    answer, damping, growth = Answer(False, "no convergence"), None, 2.0
+    answer, damping, growth = Answer(False, "no convergence"), 0.0, 2.0
     with np.errstate(all="ignore"):
         error = residual(problem, tip, x, steps)[0]
         jacobian = None
@@ -138,7 +141,8 @@ def solve(problem: Problem, tip, start_lengths, limit=20.0, steps=STEPS, most_it
                     answer.outcome = "overflow"
                     break
                 normal, slope = jacobian.T @ jacobian, jacobian.T @ error
-                damping = 1e-3 * np.diag(normal).max() if damping is None else damping
+                if answer.iterations == 1:
+                    damping = 1e-3 * float(np.diag(normal).max())
             step = -np.linalg.solve(normal + damping * np.eye(len(x)), slope)
             there = residual(problem, tip, x + unit * step, steps)[0]
             gain = (error @ error - there @ there) / -(2.0 * slope @ step + step @ normal @ step)

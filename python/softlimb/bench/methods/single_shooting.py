@@ -11,24 +11,25 @@ import time
 
 import numpy as np
 
-from . import constant_curvature
-from .problem import Answer, Problem, hat, rotation_gap
-from .rods import STEPS, end_of
+from softlimb.bench.methods import constant_curvature
+from softlimb.bench.methods.problem import Answer, Array, Problem, hat, rotation_gap
+from softlimb.bench.methods.rods import STEPS, end_of
 
-__all__ = ["base_frames", "refine", "residual_and_jacobian", "scaled_jacobian", "sensitivities", "solve"]
+__all__ = ["base_frames", "refine", "residual_and_jacobian", "scaled_jacobian", "sensitivities", "solve", "starts"]
 
 _LARGEST_TURN = 0.5  # [rad] of a plate in one step; translations as far as half a rod
 _TOLERANCE = 1e-6
 _COMPLEX_STEP = 1e-30
 
 
-def _turn(vector):
+def _turn(vector: Array) -> Array:
     angle = np.linalg.norm(vector)
     k = hat(vector)
-    return np.eye(3) + np.sinc(angle / np.pi) * k + 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * k @ k
+    turn: Array = np.eye(3) + np.sinc(angle / np.pi) * k + 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * k @ k
+    return turn
 
 
-def _straight_plates(problem):
+def _straight_plates(problem: Problem) -> Array:
     foot, plates = np.eye(4), []
     for j in range(problem.plates):
         here = problem.segment == j
@@ -45,13 +46,13 @@ def _straight_plates(problem):
     return np.array(plates)
 
 
-def _footings(problem, plates):
+def _footings(problem: Problem, plates: Array) -> tuple[Array, Array]:
     """Face on which each segment's rods start: position and rotation, shape (J, 3) and (J, 3, 3)."""
     positions = np.vstack([np.zeros(3), plates[:-1, :3, 3] + problem.thickness[:-1, None] * plates[:-1, :3, 2]])
     return positions, np.concatenate([np.eye(3)[None], plates[:-1, :3, :3]])
 
 
-def _bent_wrenches(problem, plates):
+def _bent_wrenches(problem: Problem, plates: Array) -> Array:
     """Base wrench of each rod from the bend that constant curvature gives it: moment only, base axes."""
     _, rotations = _footings(problem, plates)
     wrenches = np.zeros((problem.rods, 6))
@@ -66,7 +67,7 @@ def _bent_wrenches(problem, plates):
     return wrenches
 
 
-def base_frames(problem, plates):
+def base_frames(problem: Problem, plates: Array) -> tuple[Array, Array]:
     """Where the rods start, given the plates: positions (R, 3) and rotations (R, 3, 3)."""
     positions, rotations = _footings(problem, plates)
     foot, axes = positions[problem.segment], rotations[problem.segment]
@@ -76,7 +77,15 @@ def base_frames(problem, plates):
     )
 
 
-def sensitivities(problem, which, base_position, base_rotation, base_wrench, lengths, steps):
+def sensitivities(
+    problem: Problem,
+    which: Array,
+    base_position: Array,
+    base_rotation: Array,
+    base_wrench: Array,
+    lengths: Array,
+    steps: int,
+) -> tuple[tuple[Array, Array, Array], tuple[Array, Array, Array]]:
     """Ends (position, rotation, wrench) and their slopes to base pose (dp, dtheta) and wrench, twelve columns last."""
     position, rotation, wrench = (
         np.broadcast_to(part.astype(complex), (12, *part.shape)).copy()
@@ -91,10 +100,13 @@ def sensitivities(problem, which, base_position, base_rotation, base_wrench, len
     ends = end_p[0].real, end_r[0].real, end_w[0].real
     # The change of the end's rotation as a rotation vector: dR R^T. RK4 leaves R orthonormal only to its own error.
     turned = rotation_gap(end_r.imag @ np.swapaxes(ends[1], -1, -2))
-    return ends, tuple(np.moveaxis(part, 0, -1) / _COMPLEX_STEP for part in (end_p.imag, turned, end_w.imag))
+    slope_p, slope_r, slope_w = (np.moveaxis(part, 0, -1) / _COMPLEX_STEP for part in (end_p.imag, turned, end_w.imag))
+    return ends, (slope_p, slope_r, slope_w)
 
 
-def residual_and_jacobian(problem, plates, wrenches, steps=STEPS):
+def residual_and_jacobian(
+    problem: Problem, plates: Array, wrenches: Array, steps: int = STEPS
+) -> tuple[Array, Array]:
     """Gaps of the rods' ends, then balances of the plates; columns by base wrenches, then by moves of the plates."""
     rods, count = problem.rods, problem.plates
     residual = np.zeros(6 * (rods + count))
@@ -146,17 +158,20 @@ def residual_and_jacobian(problem, plates, wrenches, steps=STEPS):
     return residual, jacobian
 
 
-def scaled_jacobian(problem, plates, wrenches, steps=STEPS):
+def scaled_jacobian(problem: Problem, plates: Array, wrenches: Array, steps: int = STEPS) -> Array:
     """The Jacobian without units: lengths by the limb's, wrenches by EI/l^2 and EI/l, balances by the largest."""
     jacobian = residual_and_jacobian(problem, plates, wrenches, steps)[1]
     gap = np.tile([problem.scale] * 3 + [1.0] * 3, problem.rods)
     balance = np.tile([problem.unit_force.max()] * 3 + [problem.unit_moment.max()] * 3, problem.plates)
     move = np.tile([problem.scale] * 3 + [1.0] * 3, problem.plates)
     rows, columns = np.concatenate([gap, balance]), np.concatenate([problem.unit_wrenches.ravel(), move])
-    return jacobian / rows[:, None] * columns
+    scaled: Array = jacobian / rows[:, None] * columns
+    return scaled
 
 
-def _newton(problem, plates, wrenches, steps, deadline, most_iterations):
+def _newton(
+    problem: Problem, plates: Array, wrenches: Array, steps: int, deadline: float, most_iterations: int
+) -> Answer:
     rods = problem.rods
     answer = Answer(False, "no convergence")
     reach = problem.lengths.mean()
@@ -208,7 +223,16 @@ def _newton(problem, plates, wrenches, steps, deadline, most_iterations):
     return answer
 
 
-def solve(problem: Problem, limit=20.0, steps=STEPS, most_iterations=50) -> Answer:
+def starts(problem: Problem) -> list[tuple[Array, Array]]:
+    """Plates and base wrenches to start from: by constant curvature where it applies, then straight and unloaded."""
+    arcs = constant_curvature.solve(problem)
+    found = [(_straight_plates(problem), np.zeros((problem.rods, 6)))]
+    if arcs.converged:
+        found.insert(0, (arcs.plates, _bent_wrenches(problem, arcs.plates)))
+    return found
+
+
+def solve(problem: Problem, limit: float = 20.0, steps: int = STEPS, most_iterations: int = 50) -> Answer:
     """Newton from the constant-curvature plates, and if that fails from the straight ones with no wrenches.
 
     Parameters
@@ -217,14 +241,9 @@ def solve(problem: Problem, limit=20.0, steps=STEPS, most_iterations=50) -> Answ
         Time after which it gives up [s].
     """
     deadline = time.perf_counter() + limit
-    arcs = constant_curvature.solve(problem)
-    straight = _straight_plates(problem)
-    starts = [(straight, np.zeros((problem.rods, 6)))]
-    if arcs.converged:
-        starts.insert(0, (arcs.plates, _bent_wrenches(problem, arcs.plates)))
     iterations = 0
     with np.errstate(all="ignore"):
-        for plates, wrenches in starts:
+        for plates, wrenches in starts(problem):
             answer = _newton(problem, plates, wrenches, steps, deadline, most_iterations)
             iterations += answer.iterations
             answer.iterations, answer.lengths = iterations, problem.lengths
@@ -233,7 +252,7 @@ def solve(problem: Problem, limit=20.0, steps=STEPS, most_iterations=50) -> Answ
     return answer
 
 
-def refine(problem: Problem, answer: Answer, steps=200, limit=20.0) -> Answer:
+def refine(problem: Problem, answer: Answer, steps: int = 200, limit: float = 20.0) -> Answer:
     """Newton with finer RK4 steps from an answer: is there an equilibrium?"""
     with np.errstate(all="ignore"):
         return _newton(problem, answer.plates, answer.wrenches, steps, time.perf_counter() + limit, 8)

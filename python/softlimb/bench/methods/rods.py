@@ -4,18 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
+from softlimb.bench.methods.problem import Array, Problem
+
 __all__ = ["STEPS", "end_of"]
 
 STEPS = 40
 
 
-def _cross(a, b):
+def _cross(a: Array, b: Array) -> Array:
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
 
 
-def end_of(problem, which, base, wrench, lengths, steps=STEPS):
+def end_of(
+    problem: Problem,
+    which: Array | list[int],
+    base: tuple[Array, Array],
+    wrench: Array,
+    lengths: Array,
+    steps: int = STEPS,
+) -> tuple[Array, Array, Array]:
     """Integrate the rods ``which`` from their bases; leading axes of the arguments are a batch.
 
     Parameters
@@ -49,7 +58,7 @@ def end_of(problem, which, base, wrench, lengths, steps=STEPS):
     state[1:4] = np.moveaxis(np.broadcast_to(rotation, (*shape, 3)), -1, 0)
     step = (np.asarray(lengths) / steps)[..., None]
 
-    def rate(y):
+    def rate(y: Array) -> Array:
         directors, n, m = y[1:4], y[4], y[5]
         force = np.moveaxis((directors * n).sum(axis=-1), 0, -1)  # section axes
         moment = np.moveaxis((directors * m).sum(axis=-1), 0, -1)

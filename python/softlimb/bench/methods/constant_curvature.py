@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from .problem import Answer, Problem
+from softlimb.bench.methods.problem import Answer, Array, Problem
 
 __all__ = ["arc", "solve"]
 
 
-def arc(length, towards_x, towards_y):
+def arc(length: float, towards_x: float, towards_y: float) -> Array:
     """Pose at the end of a circular arc that starts along z and bends with the two curvatures [1/m]."""
     curvature = float(np.hypot(towards_x, towards_y))
     angle = curvature * length

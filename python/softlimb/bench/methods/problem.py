@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-__all__ = ["Answer", "Problem", "condition", "equilibrated", "hat", "pose_error", "rotation_gap"]
+from softlimb.posture import Posture
+
+__all__ = ["Answer", "Array", "Problem", "condition", "equilibrated", "hat", "pose_error", "rotation_gap"]
+
+Array = NDArray[Any]  # of floats; of complex numbers where a method differentiates by complex steps
 
 
 @dataclass(frozen=True)
@@ -32,21 +38,21 @@ class Problem:
         The limb's length [m].
     """
 
-    segment: np.ndarray
-    base_frames: np.ndarray
-    end_frames: np.ndarray
-    axial: np.ndarray
-    shear: np.ndarray
-    bending: np.ndarray
-    torsion: np.ndarray
-    rest_twist: np.ndarray
-    extension_twist: np.ndarray
-    lengths: np.ndarray
-    line_force: np.ndarray
-    line_moment: np.ndarray
-    thickness: np.ndarray
-    weight: np.ndarray
-    wrenches: np.ndarray
+    segment: Array
+    base_frames: Array
+    end_frames: Array
+    axial: Array
+    shear: Array
+    bending: Array
+    torsion: Array
+    rest_twist: Array
+    extension_twist: Array
+    lengths: Array
+    line_force: Array
+    line_moment: Array
+    thickness: Array
+    weight: Array
+    wrenches: Array
     scale: float
 
     @property
@@ -58,22 +64,24 @@ class Problem:
         return len(self.lengths)
 
     @property
-    def unit_force(self) -> np.ndarray:
+    def unit_force(self) -> Array:
         """EI/l^2 of each rod [N]."""
-        return self.bending / self.lengths**2
+        unit: Array = self.bending / self.lengths**2
+        return unit
 
     @property
-    def unit_moment(self) -> np.ndarray:
+    def unit_moment(self) -> Array:
         """EI/l of each rod [N m]."""
-        return self.bending / self.lengths
+        unit: Array = self.bending / self.lengths
+        return unit
 
     @property
-    def unit_wrenches(self) -> np.ndarray:
+    def unit_wrenches(self) -> Array:
         """Both, three times each, shape (R, 6)."""
         return np.stack([self.unit_force] * 3 + [self.unit_moment] * 3, axis=1)
 
     @classmethod
-    def of(cls, posture):
+    def of(cls, posture: Posture) -> Problem:
         """The problem that a posture of the package answers: its own sections, rest lengths, dead loads."""
         limb, loads = posture.limb, posture.loads
         if loads["frame"] != "base":
@@ -83,7 +91,7 @@ class Problem:
         wrenches = loads["plate_wrenches"].copy()
         wrenches[-1] += np.concatenate([loads["tip_force"], loads["tip_moment"]])
 
-        def each(name):
+        def each(name: str) -> Array:
             return np.array([getattr(rod.section, name) for rod in rods])
 
         return cls(
@@ -108,27 +116,30 @@ class Problem:
 
 @dataclass
 class Answer:
-    """What a method found: ``plates`` (J, 4, 4), ``wrenches`` at the bases (R, 6), ``lengths`` (R,), how it ended."""
+    """What a method found: ``plates`` (J, 4, 4), ``wrenches`` at the bases (R, 6), ``lengths`` (R,), how it ended.
+
+    Arrays that a method does not find are empty.
+    """
 
     converged: bool
     outcome: str
-    plates: np.ndarray | None = None
-    wrenches: np.ndarray | None = None
-    lengths: np.ndarray | None = None
+    plates: Array = field(default_factory=lambda: np.empty(0))
+    wrenches: Array = field(default_factory=lambda: np.empty(0))
+    lengths: Array = field(default_factory=lambda: np.empty(0))
     iterations: int = 0
     residual: float = np.nan
 
 
-def hat(vector):
+def hat(vector: Array) -> Array:
     """Matrix of the cross product, for vectors along the last axis."""
     x, y, z = np.moveaxis(np.asarray(vector), -1, 0)
     zero = np.zeros_like(x)
     return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*x.shape, 3, 3)
 
 
-def rotation_gap(turn):
+def rotation_gap(turn: Array) -> Array:
     """Axis times sine of the angle of a rotation matrix: half its skew part."""
-    return 0.5 * np.stack(
+    gap: Array = 0.5 * np.stack(
         [
             turn[..., 2, 1] - turn[..., 1, 2],
             turn[..., 0, 2] - turn[..., 2, 0],
@@ -136,9 +147,10 @@ def rotation_gap(turn):
         ],
         axis=-1,
     )
+    return gap
 
 
-def pose_error(found, true, length):
+def pose_error(found: Array, true: Array, length: float) -> float:
     """The larger of distance over length and angle [rad] between two poses."""
     turn = found[:3, :3] @ true[:3, :3].T
     # The angle from both sine and cosine: exact at small and at large angles.
@@ -147,7 +159,7 @@ def pose_error(found, true, length):
     return float(max(np.linalg.norm(found[:3, 3] - true[:3, 3]) / length, abs(angle)))
 
 
-def equilibrated(matrix, rounds=20):
+def equilibrated(matrix: Array, rounds: int = 20) -> Array:
     """The matrix with rows and columns scaled to a length near one, so that no choice of units is left in it."""
     scaled = np.array(matrix, dtype=float)
     for _ in range(rounds):
@@ -157,7 +169,7 @@ def equilibrated(matrix, rounds=20):
     return scaled
 
 
-def condition(matrix):
+def condition(matrix: Array) -> tuple[float, int]:
     """Condition number, and the rank: the number of singular values above 1e-12 of the largest."""
     if not np.isfinite(matrix).all():
         return np.inf, 0

@@ -1,0 +1,1 @@
+"""How fast the package is: what the command ``softlimb bench`` measures and prints."""
