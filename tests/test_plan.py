@@ -38,9 +38,8 @@ def test_segments_without_loads_are_solved_one_by_one(limb: sl.Limb, tolerance: 
     assert apart.stable and apart.unstable_modes == whole.unstable_modes == 0
     # Forces are looser than positions: the rods' axial stiffness, 1e3 N, over their length times the error of a tip.
     assert_allclose(apart.base_wrench, 0.0, rtol=0.0, atol=1e4 * tolerance)
-    assert_allclose(
-        apart.compliance, whole.compliance, rtol=0.0, atol=0.01 * tolerance * np.abs(whole.compliance).max() * 1e3
-    )
+    slack = 10.0 * tolerance * np.abs(whole.compliance).max()
+    assert_allclose(apart.compliance, whole.compliance, rtol=0.0, atol=slack)
 
 
 def test_equal_segments_at_equal_pressures_are_solved_once(limb: sl.Limb) -> None:
@@ -62,7 +61,7 @@ def test_equal_segments_at_equal_pressures_are_solved_once(limb: sl.Limb) -> Non
 @pytest.mark.parametrize("pull", [0.0, 3.0, -0.5])
 def test_equal_pressures_and_axial_loads_give_the_straight_limb_in_closed_form(limb: sl.Limb, pull: float) -> None:
     pressures = np.repeat([40.0, 20.0, 30.0], 3) * kPa
-    found = solved(limb, pressures, gravity=HANGING, tip_force=(0.0, 0.0, pull), tolerance=1e-10)
+    found = solved(limb, pressures, gravity=HANGING, tip_force=(0.0, 0.0, pull))
     assert "closed form" in words(found) and found.iterations == 1 and found.stable
     # By hand: every rod carries a third of what is beyond it, and a linear law stretches it by its mean force.
     height, beyond = 0.0, pull
