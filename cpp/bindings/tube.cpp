@@ -289,7 +289,6 @@ py::dict section_fields(const SectionAtPressure& at) {
     fields["d_rest_length"] = at.d_rest_length;
     fields["d_section"] = at.d_section;
     fields["status"] = std::string(solve::name_of(at.status));
-    fields["flags"] = at.flags;
     return fields;
 }
 

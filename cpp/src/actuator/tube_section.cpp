@@ -29,15 +29,13 @@ struct SectionValues {
 
 /// The formulas, for double and for dual numbers alike.
 template <class S>
-SectionValues<S> section_values(const SectionConstants& c, const WallEnergy<S>& e, const Shape<S>& q) {
+SectionValues<S> section_values(const SectionConstants& c, const UnloadedState<S>& at) {
+    const Shape<S>& q = at.shape;
     const S& l = q.stretch;
-    // Stiffness in (lz, gamma) at constant pressure: the volume condensed.
-    const S p_ll = e.h_ll - e.h_lw * e.h_lw / e.h_ww, p_lt = e.h_lt - e.h_lw * e.h_wt / e.h_ww;
-    const S p_tt = e.h_tt - e.h_wt * e.h_wt / e.h_ww;
-    const S k_ll = c.locked ? e.h_ll : p_ll, k_lt = c.locked ? e.h_lt : p_lt, k_tt = c.locked ? e.h_tt : p_tt;
-    const S open = c.twist_free ? p_ll - p_lt * p_lt / p_tt : p_ll;
-    const S axial = c.twist_free ? k_ll - k_lt * k_lt / k_tt : k_ll;
-    const S torsion = c.twist_free ? k_tt - k_lt * k_lt / k_ll : k_tt;
+    const AxialStiffness<S>&p = at.open, &k = c.locked ? at.locked : at.open;
+    const S open = c.twist_free ? p.ll - p.lt * p.lt / p.tt : p.ll;
+    const S axial = c.twist_free ? k.ll - k.lt * k.lt / k.tt : k.ll;
+    const S torsion = c.twist_free ? k.tt - k.lt * k.lt / k.ll : k.tt;
 
     SectionValues<S> s;
     // Caps keep part of the length at rest: the rod of length l is then stiffer by l / (its active part).
@@ -51,7 +49,7 @@ SectionValues<S> section_values(const SectionConstants& c, const WallEnergy<S>& 
     s.shear = ratio * c.linear_shear;
     s.rest_twist = q.twist / (c.inner_radius * per_length);
     s.extension_twist = S(0.0);
-    if (c.twist_free) s.extension_twist = -k_lt / ((k_ll * k_tt - k_lt * k_lt) * scale * c.inner_radius);
+    if (c.twist_free) s.extension_twist = -k.lt / ((k.ll * k.tt - k.lt * k.lt) * scale * c.inner_radius);
     s.mass_per_length = c.mass / s.rest_length;
     s.stretch = s.rest_length / c.length;
     return s;
@@ -140,18 +138,7 @@ SectionAtPressure Tube::section(double pressure, SectionModel model, Valve valve
         out.status = SolveStatus::not_finite;
         return out;
     }
-    Equilibrium at = solve_unloaded(pressure);
-    out.status = at.status;
-    out.flags = flags_of(at.shape, pressure);
-    if (at.converged() && !at.stable) out.status = SolveStatus::singular_jacobian;
-
-    WallEnergy<double> energy = at.energy;
-    Shape<double> tangent_at = at.shape;
-    if (wall_.tension_only() && std::abs(pressure) < smallest_pressure()) {
-        // Under a vanishing pressure some fibres are slack, in proportions that do not depend on how small it is.
-        const Equilibrium near = solve_unloaded(smallest_pressure());
-        energy = near.energy, tangent_at = near.shape;
-    }
+    const UnloadedState<double> at = unloaded(pressure, out.status);
     const double active = length_ - 2.0 * options_.cap_length;
     const SectionConstants constants{length_,
                                      active,
@@ -163,7 +150,7 @@ SectionAtPressure Tube::section(double pressure, SectionModel model, Valve valve
                                      linear_shear_,
                                      options_.ends == Ends::free,
                                      valve == Valve::locked};
-    SectionValues<double> values = section_values(constants, energy, at.shape);
+    const SectionValues<double> values = section_values(constants, at);
     Section& section = out.section;
     fill(section, values);
     section.largest_stretch = largest_stretch_;
@@ -175,13 +162,17 @@ SectionAtPressure Tube::section(double pressure, SectionModel model, Valve valve
         section.rest_twist = section.extension_twist = 0.0;
         section.axial_law.coefficient[0] = 1.0 / section.axial;
     }
+    if (!derivative && model != SectionModel::nonlinear) return out;
+    const Equilibrium state = solve_unloaded(pressure);
     if (derivative) {
+        const bool vanishing = wall_.tension_only() && std::abs(pressure) < smallest_pressure();
+        const Equilibrium tangent = vanishing ? solve_unloaded(smallest_pressure()) : state;
         double l = 0.0, w = 1.0, t = 0.0;
-        Factor(energy, freedom()).solve(l, w, t);
+        Factor(tangent.energy, freedom()).solve(l, w, t);
         const auto moving = [](double value, double slope) { return Dual<1>(value, {slope}); };
-        const Shape<Dual<1>> shape{moving(tangent_at.stretch, l), moving(tangent_at.volume, w),
-                                   moving(tangent_at.twist, t)};
-        const SectionValues<Dual<1>> s = section_values(constants, wall_.energy(shape), shape);
+        const Shape<Dual<1>> shape{moving(tangent.shape.stretch, l), moving(tangent.shape.volume, w),
+                                   moving(tangent.shape.twist, t)};
+        const SectionValues<Dual<1>> s = section_values(constants, unloaded_state(wall_.energy(shape), shape));
         Section& d = out.d_section;
         d = Section{};
         out.d_rest_length = s.rest_length.slope[0];
@@ -194,7 +185,7 @@ SectionAtPressure Tube::section(double pressure, SectionModel model, Valve valve
         }
     }
     if (model == SectionModel::nonlinear && out.status == SolveStatus::converged)
-        nonlinear_law(at, pressure, valve, derivative, out);
+        nonlinear_law(state, pressure, valve, derivative, out);
     return out;
 }
 

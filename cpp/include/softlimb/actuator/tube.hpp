@@ -8,6 +8,7 @@
 
 #include "softlimb/actuator/equilibrium.hpp"
 #include "softlimb/actuator/layer.hpp"
+#include "softlimb/actuator/unloaded.hpp"
 #include "softlimb/actuator/wall.hpp"
 #include "softlimb/section.hpp"
 #include "softlimb/solve/status.hpp"
@@ -65,7 +66,6 @@ struct SectionAtPressure {
     double d_rest_length = 0.0;
     Section d_section;
     solve::SolveStatus status = solve::SolveStatus::max_iterations;
-    unsigned flags = 0;
 };
 
 /// Cauchy stress at a point of the wall [Pa].
@@ -139,6 +139,11 @@ private:
     double largest_strain_excess(const Shape<double>& q) const;
     /// `limit` receives the pressure where stability was lost on the way.
     Equilibrium solve_unloaded(double pressure, double* limit = nullptr) const;
+    /// Near the equilibrium at a covered pressure: to rounding where the table reaches, else to about 1e-6.
+    Shape<double> near(double pressure) const;
+    /// What the section at a pressure follows from, out of the table where it reaches.
+    UnloadedState<double> unloaded(double pressure, solve::SolveStatus& status) const;
+    UnloadedState<double> rest_state() const;
     double measure_locking() const;
     /// Pressure below which a tension-only tube behaves as in the limit from above [Pa].
     double smallest_pressure() const { return 1e-6 * pressure_scale_; }
@@ -155,6 +160,8 @@ private:
     Wall wall_;
     double pressure_scale_;
     Path path_;
+    UnloadedTable table_;
+    UnloadedState<double> rest_;  // what the section at zero pressure follows from
     double locking_share_ = 0.0;
 };
 
