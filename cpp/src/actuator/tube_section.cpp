@@ -75,6 +75,15 @@ struct Interpolation {
     std::array<double, AxialLaw::max_degree + 1> node{};
     std::array<std::array<double, AxialLaw::max_degree + 1>, AxialLaw::max_degree + 1> power{};  // [power][node]
     int rest = 0;
+    /// Foretells the shape at a node from shapes and slopes at up to four that are solved before it: first those above
+    /// the unloaded tube, upwards, then those below, downwards.
+    struct Forecast {
+        static constexpr int most = 4;
+        int known = 0;
+        std::array<int, most> node{};
+        std::array<double, most> of_value{}, of_slope{};
+    };
+    std::array<Forecast, AxialLaw::max_degree + 1> forecast{};
 
     explicit Interpolation(int degree) : count(degree + 1) {
         for (int i = 0; i < count; ++i) node[i] = -std::cos(pi * (i + 0.5) / count);
@@ -93,32 +102,49 @@ struct Interpolation {
                 ++size;
             }
             for (int k = 0; k < count; ++k) power[k][i] = static_cast<double>(basis[k]);
+            forecast[i] = forecast_of(i);
         }
+    }
+
+    /// Hermite's polynomial at node i.
+    Forecast forecast_of(int i) const {
+        Forecast f;
+        if (i == rest) return f;
+        const int towards = i > rest ? -1 : 1, end = i > rest ? rest : count - 1;
+        for (int j = i + towards; f.known < Forecast::most && (end - j) * towards >= 0; j += towards)
+            f.node[f.known++] = j;
+        for (int a = 0; a < f.known; ++a) {
+            double basis = 1.0, slope = 0.0;
+            for (int b = 0; b < f.known; ++b) {
+                if (b == a) continue;
+                const double apart = node[f.node[a]] - node[f.node[b]];
+                basis *= (node[i] - node[f.node[b]]) / apart;
+                slope += 1.0 / apart;
+            }
+            const double away = node[i] - node[f.node[a]];
+            f.of_value[a] = (1.0 - 2.0 * away * slope) * basis * basis, f.of_slope[a] = away * basis * basis;
+        }
+        return f;
     }
 };
 
 struct Node {
-    double value, slope;  // strain over force, and its derivative to the pressure
-    Shape<double> shape;
+    double value, slope;         // strain over force, and its derivative to the pressure
+    Shape<double> shape, along;  // and derivative to the force
     bool good;
 };
 
 using Nodes = std::array<Node, AxialLaw::max_degree + 1>;
 
-/// Shape at node i by Lagrange's polynomial through up to five nodes before it.
-Shape<double> extrapolated(const Interpolation& rule, const Nodes& nodes, int i, int direction, int known) {
-    const int count = std::min(known, 5);
+/// Shape at node i; `half_range` is the force [as of the slopes] from the middle of the nodes to their end.
+Shape<double> foretold(const Interpolation::Forecast& forecast, const Nodes& nodes, double half_range) {
     Shape<double> sum{0.0, 0.0, 0.0};
-    for (int a = 1; a <= count; ++a) {
-        const int at = i - a * direction;
-        double weight = 1.0;
-        for (int b = 1; b <= count; ++b) {
-            const int other = i - b * direction;
-            if (a != b) weight *= (rule.node[i] - rule.node[other]) / (rule.node[at] - rule.node[other]);
-        }
-        sum.stretch += weight * nodes[at].shape.stretch;
-        sum.volume += weight * nodes[at].shape.volume;
-        sum.twist += weight * nodes[at].shape.twist;
+    for (int a = 0; a < forecast.known; ++a) {
+        const Node& at = nodes[forecast.node[a]];
+        const double value = forecast.of_value[a], slope = forecast.of_slope[a] * half_range;
+        sum.stretch += value * at.shape.stretch + slope * at.along.stretch;
+        sum.volume += value * at.shape.volume + slope * at.along.volume;
+        sum.twist += value * at.shape.twist + slope * at.along.twist;
     }
     return sum;
 }
@@ -199,11 +225,16 @@ void Tube::nonlinear_law(const Equilibrium& rest, double pressure, Valve valve, 
     double l_p = 0.0, w_p = 1.0, t_p = 0.0;
     if (derivative) Factor(rest.energy, freedom()).solve(l_p, w_p, t_p);
     const double d_rest_stretch = l_p, d_rest_volume = w_p;
+    const auto along = [&](const WallEnergy<double>& e) {
+        Shape<double> slope{1.0, 0.0, 0.0};
+        Factor(e, free).solve(slope.stretch, slope.volume, slope.twist);
+        return slope;
+    };
     const auto solve_at = [&](double force, const Shape<double>& start) {
         const WallLoads loads{force / area_scale_, pressure, 0.0};
         // Where the tangent is not asked for, a step of 1e-7 need not be looked at again: it leaves less than 1e-12.
         const Equilibrium at = relax(wall_, loads, start, free, derivative ? negligible_step : 1e-7);
-        Node node{0.0, 0.0, at.shape, at.converged() && at.stable};
+        Node node{0.0, 0.0, at.shape, along(at.energy), at.converged() && at.stable};
         node.value = (at.shape.stretch - rest_stretch) * share / force;
         if (derivative) {
             double l = 0.0, w = 0.0, t = 0.0;
@@ -231,13 +262,13 @@ void Tube::nonlinear_law(const Equilibrium& rest, double pressure, Valve valve, 
     for (double half_range = 0.5 * (highest - lowest) * scale; half_range > shortest * scale; half_range *= 0.6) {
         const double centre = -node_of_rest * half_range;
         Nodes nodes;
-        nodes[rule.rest] = {section.axial_law.coefficient[0], out.d_section.axial_law.coefficient[0], rest.shape, true};
+        nodes[rule.rest] = {section.axial_law.coefficient[0], out.d_section.axial_law.coefficient[0], rest.shape,
+                            along(rest.energy), true};
         bool reached = true;
-        // Outwards from the unloaded tube, each start extrapolated from the nodes before it.
         for (const int direction : {1, -1})
             for (int i = rule.rest + direction; reached && i >= 0 && i < rule.count; i += direction) {
-                const int known = std::abs(i - rule.rest);
-                nodes[i] = solve_at(centre + half_range * rule.node[i], extrapolated(rule, nodes, i, direction, known));
+                const Shape<double> start = foretold(rule.forecast[i], nodes, half_range / area_scale_);
+                nodes[i] = solve_at(centre + half_range * rule.node[i], start);
                 reached = nodes[i].good;
             }
         if (!reached) continue;
@@ -247,7 +278,7 @@ void Tube::nonlinear_law(const Equilibrium& rest, double pressure, Valve valve, 
         for (int k = 0; k < rule.count; ++k)
             for (int i = 0; i < rule.count; ++i) {
                 law.coefficient[k] += rule.power[k][i] * nodes[i].value;
-                d_law.coefficient[k] += rule.power[k][i] * nodes[i].slope;
+                if (derivative) d_law.coefficient[k] += rule.power[k][i] * nodes[i].slope;
             }
         if (may_be_rough && half_range * 0.6 > shortest * scale) {
             // Halfway between the outermost nodes an interpolation is worst.
