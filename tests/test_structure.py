@@ -20,6 +20,7 @@ CPP_MAY_USE = {
     "actuator": {"materials", "solve"},
     "rod": set(),
     "limb": {"rod", "solve"},
+    "sweep": {"actuator", "limb", "materials", "rod", "solve"},
 }
 
 # Python, from left to right: a module may import what stands to its left, at any depth of its code.

@@ -15,13 +15,6 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Constants of the tube that the section's formulas need.
-struct SectionConstants {
-    double length, active, inner_radius, area_scale, mass;
-    double linear_axial, linear_bending, linear_shear;
-    bool twist_free, locked;
-};
-
 template <class S>
 struct SectionValues {
     S rest_length, axial, shear, bending, torsion, mass_per_length, rest_twist, extension_twist, stretch;
@@ -156,39 +149,51 @@ const Interpolation& interpolation() {
 
 }  // namespace
 
-SectionAtPressure Tube::section(double pressure, SectionModel model, Valve valve, bool derivative) const {
-    SectionAtPressure out;
-    const double nan = std::numeric_limits<double>::quiet_NaN();
-    out.rest_length = nan;
-    if (!std::isfinite(pressure)) {
-        out.status = SolveStatus::not_finite;
-        return out;
-    }
-    const UnloadedState<double> at = unloaded(pressure, out.status);
-    const double active = length_ - 2.0 * options_.cap_length;
-    const SectionConstants constants{length_,
-                                     active,
-                                     inner_radius(),
-                                     area_scale_,
-                                     mass_,
-                                     linear_axial_,
-                                     linear_bending_,
-                                     linear_shear_,
-                                     options_.ends == Ends::free,
-                                     valve == Valve::locked};
-    const SectionValues<double> values = section_values(constants, at);
-    Section& section = out.section;
+SectionConstants Tube::constants(Valve valve) const {
+    return {length_,
+            length_ - 2.0 * options_.cap_length,
+            inner_radius(),
+            area_scale_,
+            mass_,
+            linear_axial_,
+            linear_bending_,
+            linear_shear_,
+            options_.ends == Ends::free,
+            valve == Valve::locked};
+}
+
+SolveStatus Tube::linear_section(double pressure, SectionModel model, Valve valve, Section& section,
+                                 double& rest_length) const {
+    section = Section{};
+    rest_length = std::numeric_limits<double>::quiet_NaN();
+    if (!std::isfinite(pressure)) return SolveStatus::not_finite;
+    SolveStatus status;
+    const SectionValues<double> values = section_values(constants(valve), unloaded(pressure, status));
     fill(section, values);
     section.largest_stretch = largest_stretch_;
-    out.rest_length = values.rest_length;
-
+    rest_length = values.rest_length;
     if (model == SectionModel::paper) {
         section.axial = linear_axial_, section.bending = linear_bending_, section.shear = linear_shear_;
         section.torsion = 2.0 * linear_bending_ / 3.0;  // G J with G = E/3 and J = 2 I
         section.rest_twist = section.extension_twist = 0.0;
         section.axial_law.coefficient[0] = 1.0 / section.axial;
     }
-    if (!derivative && model != SectionModel::nonlinear) return out;
+    return status;
+}
+
+SolveStatus Tube::section(double pressure, SectionModel model, Valve valve, Section& section,
+                          double& rest_length) const {
+    if (model != SectionModel::nonlinear) return linear_section(pressure, model, valve, section, rest_length);
+    const SectionAtPressure at = this->section(pressure, model, valve);
+    section = at.section, rest_length = at.rest_length;
+    return at.status;
+}
+
+SectionAtPressure Tube::section(double pressure, SectionModel model, Valve valve, bool derivative) const {
+    SectionAtPressure out;
+    Section& section = out.section;
+    out.status = linear_section(pressure, model, valve, section, out.rest_length);
+    if (out.status == SolveStatus::not_finite || (!derivative && model != SectionModel::nonlinear)) return out;
     const Equilibrium state = solve_unloaded(pressure);
     if (derivative) {
         const bool vanishing = wall_.tension_only() && std::abs(pressure) < smallest_pressure();
@@ -198,7 +203,7 @@ SectionAtPressure Tube::section(double pressure, SectionModel model, Valve valve
         const auto moving = [](double value, double slope) { return Dual<1>(value, {slope}); };
         const Shape<Dual<1>> shape{moving(tangent.shape.stretch, l), moving(tangent.shape.volume, w),
                                    moving(tangent.shape.twist, t)};
-        const SectionValues<Dual<1>> s = section_values(constants, unloaded_state(wall_.energy(shape), shape));
+        const SectionValues<Dual<1>> s = section_values(constants(valve), unloaded_state(wall_.energy(shape), shape));
         Section& d = out.d_section;
         d = Section{};
         out.d_rest_length = s.rest_length.slope[0];
@@ -267,7 +272,9 @@ void Tube::nonlinear_law(const Equilibrium& rest, double pressure, Valve valve, 
         bool reached = true;
         for (const int direction : {1, -1})
             for (int i = rule.rest + direction; reached && i >= 0 && i < rule.count; i += direction) {
-                const Shape<double> start = foretold(rule.forecast[i], nodes, half_range / area_scale_);
+                Shape<double> start = foretold(rule.forecast[i], nodes, half_range / area_scale_);
+                if (!free.volume) start.volume = rest.shape.volume;  // what is held is no forecast
+                if (!free.twist) start.twist = rest.shape.twist;
                 nodes[i] = solve_at(centre + half_range * rule.node[i], start);
                 reached = nodes[i].good;
             }

@@ -68,6 +68,13 @@ struct SectionAtPressure {
     solve::SolveStatus status = solve::SolveStatus::max_iterations;
 };
 
+/// Constants of a tube that the formulas of its section need.
+struct SectionConstants {
+    double length, active, inner_radius, area_scale, mass;
+    double linear_axial, linear_bending, linear_shear;
+    bool twist_free, locked;
+};
+
 /// Cauchy stress at a point of the wall [Pa].
 struct WallStress {
     double radius = 0.0;            // deformed [m]
@@ -117,6 +124,9 @@ public:
 
     SectionAtPressure section(double pressure, SectionModel model = SectionModel::tangent, Valve valve = Valve::open,
                               bool derivative = false) const;
+    /// The same without derivatives, in place.
+    solve::SolveStatus section(double pressure, SectionModel model, Valve valve, Section& section,
+                               double& rest_length) const;
 
     /// Stress at a deformed radius within the wall; at the face between two layers that of the inner one.
     WallStress stress(const TubeState& state, double radius) const;
@@ -145,6 +155,9 @@ private:
     UnloadedState<double> unloaded(double pressure, solve::SolveStatus& status) const;
     UnloadedState<double> rest_state() const;
     double measure_locking() const;
+    SectionConstants constants(Valve valve) const;
+    solve::SolveStatus linear_section(double pressure, SectionModel model, Valve valve, Section& section,
+                                      double& rest_length) const;
     /// Pressure below which a tension-only tube behaves as in the limit from above [Pa].
     double smallest_pressure() const { return 1e-6 * pressure_scale_; }
     void nonlinear_law(const Equilibrium& at, double pressure, Valve valve, bool derivative,
