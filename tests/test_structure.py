@@ -20,6 +20,7 @@ CPP_MAY_USE = {
     "actuator": {"materials", "solve"},
     "rod": {"solve"},
     "limb": {"rod", "solve"},
+    "sweep": {"actuator", "limb", "materials", "rod", "solve"},
     "bench": set(),
 }
 

@@ -19,6 +19,7 @@ void bind_materials(pybind11::module_& m);
 void bind_tube(pybind11::module_& m);
 void bind_rod(pybind11::module_& m);
 void bind_limb(pybind11::module_& m);
+void bind_members(pybind11::module_& m);
 void bind_path(pybind11::module_& m);
 void bind_bench(pybind11::module_& m);
 

@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "arrays.hpp"
 #include "bindings.hpp"
 #include "softlimb/arguments.hpp"
 #include "softlimb/limb/posture.hpp"
@@ -15,7 +16,6 @@ namespace {
 
 using limb::Geometry;
 using limb::Posture;
-using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Flags = py::array_t<bool, py::array::c_style | py::array::forcecast>;
 
 void require_shape(const py::array& a, const std::vector<py::ssize_t>& shape, const char* name) {
@@ -24,54 +24,11 @@ void require_shape(const py::array& a, const std::vector<py::ssize_t>& shape, co
     if (!same) throw std::invalid_argument(std::string(name) + " has the wrong shape");
 }
 
-Pose pose_at(const Array& a, py::ssize_t i) {
-    const double* x = a.data() + 16 * i;
-    Pose pose;
-    for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < 3; ++c) pose.rotation(r, c) = x[4 * r + c];
-        pose.position(r) = x[4 * r + 3];
-    }
-    return pose;
-}
-
-void write_pose(const Pose& pose, double* x) {
-    for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < 3; ++c) x[4 * r + c] = pose.rotation(r, c);
-        x[4 * r + 3] = pose.position(r);
-    }
-    x[12] = x[13] = x[14] = 0.0, x[15] = 1.0;
-}
-
-Array poses_array(const std::vector<Pose>& poses) {
-    Array out({static_cast<py::ssize_t>(poses.size()), py::ssize_t{4}, py::ssize_t{4}});
-    for (std::size_t i = 0; i < poses.size(); ++i) write_pose(poses[i], out.mutable_data() + 16 * i);
-    return out;
-}
-
-Array vectors_array(const std::vector<Vector6>& vectors) {
-    Array out({static_cast<py::ssize_t>(vectors.size()), py::ssize_t{6}});
-    for (std::size_t i = 0; i < vectors.size(); ++i) std::copy_n(vectors[i].data(), 6, out.mutable_data() + 6 * i);
-    return out;
-}
-
-template <class Vector>
-Array vector_array(const Vector& v) {
-    Array out(v.size());
-    std::copy_n(v.data(), v.size(), out.mutable_data());
-    return out;
-}
-
 Array matrix_array(const Eigen::MatrixXd& m) {
     Array out({m.rows(), m.cols()});
     for (py::ssize_t r = 0; r < m.rows(); ++r)
         for (py::ssize_t c = 0; c < m.cols(); ++c) out.mutable_data()[r * m.cols() + c] = m(r, c);
     return out;
-}
-
-std::vector<Pose> poses_of(const Array& a) {
-    std::vector<Pose> poses(a.shape(0));
-    for (py::ssize_t i = 0; i < a.shape(0); ++i) poses[i] = pose_at(a, i);
-    return poses;
 }
 
 Vector6 vector6_at(const Array& a, py::ssize_t i) { return Eigen::Map<const Vector6>(a.data() + 6 * i); }
@@ -191,7 +148,7 @@ Curves rod_arrays(const Posture& posture, int rod, const std::vector<double>& fr
     std::array<Array, 4> vectors;
     for (Array& a : vectors) a = Array({count, py::ssize_t{3}});
     for (py::ssize_t k = 0; k < count; ++k) {
-        write_pose(points[k].pose, poses.mutable_data() + 16 * k);
+        write_matrix(points[k].pose, poses.mutable_data() + 16 * k);
         const std::array<const Vector3*, 4> source = {&points[k].force, &points[k].moment, &points[k].strain,
                                                       &points[k].curvature};
         for (int v = 0; v < 4; ++v) std::copy_n(source[v]->data(), 3, vectors[v].mutable_data() + 3 * k);
@@ -246,7 +203,7 @@ State posture_state(const Posture& p) {
     return py::make_tuple(geometry_state(*p.geometry), scene_state(p.scene), poses_array(s.shape.plates), rods,
                           static_cast<int>(s.status), s.message, s.plan, s.iterations, s.descent_iterations, s.residual,
                           s.error_estimate, s.conservative, s.stable, s.unstable_modes, vector_array(s.base_wrench),
-                          vectors_array(s.reactions));
+                          vectors_array(s.reactions), p.pressures);
 }
 
 std::shared_ptr<Posture> posture_of(const State& t) {
@@ -274,6 +231,7 @@ std::shared_ptr<Posture> posture_of(const State& t) {
     s.base_wrench = vector6_at(t[14].cast<Array>(), 0);
     const auto reactions = t[15].cast<Array>();
     for (py::ssize_t j = 0; j < reactions.shape(0); ++j) s.reactions.push_back(vector6_at(reactions, j));
+    p->pressures = t[16].cast<std::vector<double>>();
     return p;
 }
 
@@ -292,6 +250,7 @@ void bind_limb(py::module_& m) {
                                    for (const auto& rod : s.rods) sections.push_back(rod.section);
                                    return sections;
                                })
+        .def_property_readonly("wrenches", [](const limb::Scene& s) { return vectors_array(s.wrenches); })
         .def_property_readonly("rest_lengths", [](const limb::Scene& s) {
             std::vector<double> lengths;
             for (const auto& rod : s.rods) lengths.push_back(rod.rest_length);
@@ -331,6 +290,13 @@ void bind_limb(py::module_& m) {
         .def_property_readonly("base_wrench", [](const Posture& p) { return vector_array(p.solution.base_wrench); })
         .def_property_readonly("reactions", [](const Posture& p) { return vectors_array(p.solution.reactions); })
         .def_property_readonly("scene", [](const Posture& p) { return p.scene; })
+        .def_property_readonly(
+            "pressures",
+            [](const Posture& p) -> std::optional<Array> {
+                if (p.pressures.empty()) return std::nullopt;
+                return Array(static_cast<py::ssize_t>(p.pressures.size()), p.pressures.data());
+            },
+            "Of the actuators, where the rods came from pressures [Pa].")
         .def_property_readonly("elements",
                                [](const Posture& p) {
                                    std::vector<int> counts;
@@ -349,23 +315,13 @@ void bind_limb(py::module_& m) {
                  return py::make_tuple(c.gap, c.first, c.second, c.first_fraction, c.second_fraction);
              })
         .def(
-            "largest_stretch",
-            [](const Posture& p) {
-                std::vector<double> stretches;
-                for (std::size_t i = 0; i < p.scene.rods.size(); ++i)
-                    stretches.push_back(limb::largest_stretch(p, static_cast<int>(i)));
-                return stretches;
+            "remarks",
+            [](const Posture& p, double gap, int first) {
+                limb::Clearance nearest;
+                nearest.gap = gap, nearest.first = first;
+                return limb::remarks(p, nearest);
             },
-            "Largest total stretch lz v3 of each rod.")
-        .def(
-            "outside_axial_law",
-            [](const Posture& p) {
-                std::vector<int> rods;
-                for (std::size_t i = 0; i < p.scene.rods.size(); ++i)
-                    if (limb::leaves_axial_law(p, static_cast<int>(i))) rods.push_back(static_cast<int>(i));
-                return rods;
-            },
-            "Numbers of the rods whose axial force leaves the range of their nonlinear axial law.")
+            py::arg("gap"), py::arg("first"), "What to know before the posture is trusted; of its clearance.")
         .def(
             "plate_stiffness",
             [](const Posture& p) {

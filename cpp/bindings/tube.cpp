@@ -13,6 +13,7 @@
 
 #include "bindings.hpp"
 #include "given.hpp"
+#include "named.hpp"
 #include "softlimb/actuator/thread.hpp"
 #include "softlimb/arguments.hpp"
 
@@ -40,27 +41,6 @@ struct TubeStates {
 };
 
 static_assert(std::is_trivially_copyable_v<TubeState>, "states are pickled as bytes");
-
-template <class Enum>
-Enum named(std::string_view argument, const std::string& value,
-           std::initializer_list<std::pair<const char*, Enum>> choices) {
-    std::string all;
-    for (const auto& [name, choice] : choices) {
-        if (value == name) return choice;
-        all += std::string(all.empty() ? "\"" : ", \"") + name + "\"";
-    }
-    reject(argument, "\"" + value + "\"", "one of " + all);
-}
-
-SectionModel section_model(const std::string& name) {
-    return named<SectionModel>(
-        "section model", name,
-        {{"tangent", SectionModel::tangent}, {"nonlinear", SectionModel::nonlinear}, {"paper", SectionModel::paper}});
-}
-
-Valve valve_of(const std::string& name) {
-    return named<Valve>("valve", name, {{"open", Valve::open}, {"locked", Valve::locked}});
-}
 
 Ends ends_of(const std::string& name) {
     return named<Ends>("ends", name, {{"free", Ends::free}, {"bonded", Ends::bonded}});
@@ -289,7 +269,6 @@ py::dict section_fields(const SectionAtPressure& at) {
     fields["d_rest_length"] = at.d_rest_length;
     fields["d_section"] = at.d_section;
     fields["status"] = std::string(solve::name_of(at.status));
-    fields["flags"] = at.flags;
     return fields;
 }
 
@@ -325,7 +304,7 @@ Raises
 ------
 ValueError
     A length is not positive, the turns overlap, or the angle is outside (0, pi/2).)");
-    py::class_<Tube>(m, "Tube", "A fibre-reinforced tube; see softlimb.Tube.")
+    py::class_<Tube, std::shared_ptr<Tube>>(m, "Tube", "A fibre-reinforced tube; see softlimb.Tube.")
         .def(py::init([](double length, std::vector<Layer> layers, bool tension_only, const std::string& ends,
                          std::optional<double> mass, double cap_length) {
                  TubeOptions options{tension_only, ends_of(ends), mass, cap_length};

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'integrator_orders', 'law_class_names', 'rod_end', 'thread_geometry', 'yardstick']
+__all__: list[str] = ['DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'PlainSolver', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'integrator_orders', 'law_class_names', 'rod_end', 'thread_geometry', 'yardstick']
 class Section:
     """
     Stiffness of a rod's cross-section, per rest length, SI.
@@ -2160,17 +2160,13 @@ class Posture:
         ...
     def compliance(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
-    def largest_stretch(self) -> list[float]:
-        """
-        Largest total stretch lz v3 of each rod.
-        """
-    def outside_axial_law(self) -> list[int]:
-        """
-        Numbers of the rods whose axial force leaves the range of their nonlinear axial law.
-        """
     def plate_stiffness(self) -> numpy.typing.NDArray[numpy.float64]:
         """
         Condensed stiffness of the plates' free freedoms, (6 J, 6 J).
+        """
+    def remarks(self, gap: typing.SupportsFloat | typing.SupportsIndex, first: typing.SupportsInt | typing.SupportsIndex) -> list[str]:
+        """
+        What to know before the posture is trusted; of its clearance.
         """
     def rod(self, rod: typing.SupportsInt | typing.SupportsIndex, fractions: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]:
         """
@@ -2210,6 +2206,11 @@ class Posture:
     def plates(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
     @property
+    def pressures(self) -> numpy.typing.NDArray[numpy.float64] | None:
+        """
+        Of the actuators, where the rods came from pressures [Pa].
+        """
+    @property
     def reactions(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
     @property
@@ -2243,6 +2244,9 @@ class Scene:
     @property
     def sections(self) -> list[Section]:
         ...
+    @property
+    def wrenches(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
 class Geometry:
     """
     Placement of rods and plates of a limb; constant and shared.
@@ -2273,6 +2277,28 @@ class Geometry:
     def length(self) -> float:
         """
         Reference length [m]
+        """
+class Members:
+    """
+    What a limb is made of: tubes, or rods as (section, length, radius) with radius 0 where it is not known; flat order.
+    """
+    def __init__(self, members: collections.abc.Sequence[Tube | tuple[Section, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex]]) -> None:
+        ...
+    def at_pressures(self, pressures: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], section: str, valve: str) -> tuple[list[Section], numpy.typing.NDArray[numpy.float64], tuple[str, str] | None]:
+        """
+        Sections, rest lengths, and status and reason where an actuator has no state.
+        """
+class PlainSolver:
+    """
+    Postures from plain numbers, in a few microseconds beside the solve.
+    """
+    def __init__(self, geometry: Geometry, members: Members, actuators_of_segments: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> None:
+        ...
+    def solve(self, pressures: typing.Any, gravity: typing.Any, tip_force: typing.Any, tip_moment: typing.Any, frame: typing.Any, tolerance: typing.Any, start: typing.Any, prefer_stable: typing.Any, section: typing.Any, valve: typing.Any) -> Posture | None:
+        """
+        Arguments of Limb.solve, positional, `start` a core Posture or None. None where one is not plain or has
+        no answer: it is then for Python to say what is wrong. Plain are floats and integers, lists and tuples of them, arrays
+        of float64; all finite and of the right number.
         """
 class FollowedPath:
     """

@@ -311,6 +311,10 @@ class Limb:
         self._geometry = _core.Geometry(
             [(s.base_frames, s.end_frames, s.plate.thickness, s.plate.mass) for s in self.segments], self.length
         )
+        self._core_members = _core.Members(
+            [m if isinstance(m, Tube) else (m.section, m.length, m.radius or 0.0) for m in self._members]
+        )
+        self._plain = _core.PlainSolver(self._geometry, self._core_members, self._counts)
 
     @property
     def length(self) -> float:
@@ -411,6 +415,32 @@ class Limb:
         -----
         Balance of the plates: Zhang et al. eq. 7-10 with the lever arms of MECHANICS, "Limb".
         """
+        if (
+            rest_lengths is None
+            and plate_wrenches is None
+            and rod_forces is None
+            and rod_moments is None
+            and tip_pose is None
+            and tip_held is None
+            and plate_poses is None
+            and plate_held is None
+        ):
+            # Most calls: numbers that the core can read as they are. It says None where it cannot, or where there is
+            # something to explain.
+            found = self._plain.solve(
+                pressures,
+                gravity,
+                tip_force,
+                tip_moment,
+                frame,
+                tolerance,
+                start._solved if type(start) is Posture else start,
+                prefer_stable,
+                section,
+                valve,
+            )
+            if found is not None:
+                return Posture(self, found, tolerance, (section, valve))
         prefer_stable = truth("prefer_stable", prefer_stable)
         tolerance = _tolerance(tolerance)
         first, first_plates = self._start(start)
@@ -678,15 +708,8 @@ class Limb:
         return _Scene(core, given, lengths, loads, (section, valve), refusal)
 
     def _posture(self, scene: _Scene, solved: _core.Posture, tolerance: float) -> Posture:
-        return Posture(
-            self,
-            solved,
-            pressures=scene.pressures,
-            rest_lengths=scene.rest_lengths,
-            loads=scene.loads,
-            tolerance=tolerance,
-            model=scene.model,
-        )
+        given = {"pressures": scene.pressures, "rest_lengths": scene.rest_lengths, "loads": scene.loads}
+        return Posture(self, solved, tolerance, scene.model, given)
 
     def _rods_at(
         self,
@@ -730,25 +753,9 @@ class Limb:
         else:
             return None, [m.section for m in self._members if isinstance(m, Rod)], lengths, None
 
-        sections: list[Section] = []
-        actuator = 0
-        for flat, member in enumerate(self._members):
-            if isinstance(member, Rod):
-                sections.append(member.section)
-                continue
-            found = member._section(float(given[actuator]), model, valve, False)
-            if found["status"] != "converged":
-                state = member.inflate(float(given[actuator]))
-                refusal = (
-                    str(found["status"]),
-                    f"actuator {actuator} has no stable state at {given[actuator] / 1e3:.6g} kPa: {state.message}",
-                )
-                found = member._section(0.0, model, valve, False)
-            sections.append(found["section"])
-            if rest_lengths is None or refusal is not None:
-                lengths[flat] = found["rest_length"]
-            actuator += 1
-        return given, sections, lengths, refusal
+        sections, rest, refused = self._core_members.at_pressures(given, model, valve)
+        refusal = refused or refusal
+        return given, sections, lengths if rest_lengths is not None and refusal is None else rest, refusal
 
     def _per_rod(self, name: str, value: ArrayLike | Sequence[ArrayLike] | None) -> Array:
         rods = len(self._members)

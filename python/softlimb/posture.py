@@ -22,6 +22,7 @@ __all__ = ["Posture", "RodPosture", "Verification"]
 Array = NDArray[np.float64]
 
 _MOST_POINTS = 10_000_000  # a gigabyte of poses
+_CLEARANCE_POINTS = 25  # pieces of a twenty-fourth: the gap's error is below 0.1 % of a rod
 _CURVE_POINTS = 101  # of the arrays along a rod; curves ask for as many as they want
 
 
@@ -218,20 +219,43 @@ class Posture:
         self,
         limb: Limb,
         solved: _core.Posture,
-        *,
-        pressures: Array | None,
-        rest_lengths: Array,
-        loads: dict[str, Any],
         tolerance: float,
         model: tuple[SectionModel, Valve],
+        given: dict[str, Any] | None = None,
     ) -> None:
         self.limb = limb
-        self.pressures = pressures
-        self.rest_lengths = rest_lengths
-        self.loads = loads
         self.tolerance = tolerance
         self._solved = solved
         self._model = model
+        if given is not None:
+            self.__dict__.update(given)
+
+    # What a posture from plain numbers was given is read out of the core when it is first asked for.
+
+    @cached_property
+    def pressures(self) -> Array | None:
+        """Gauge pressures [Pa], shape (A,); None where the rods were given otherwise."""
+        return self._solved.pressures
+
+    @cached_property
+    def rest_lengths(self) -> Array:
+        """Rest lengths of all rods [m], shape (R,)."""
+        return np.array(self._scene.rest_lengths)
+
+    @cached_property
+    def loads(self) -> dict[str, Any]:
+        """Loads as `Limb.solve` takes them, all there."""
+        scene, rods = self._scene, len(self.limb._members)
+        wrenches = scene.wrenches
+        return {
+            "gravity": scene.gravity,
+            "tip_force": wrenches[-1, :3].copy(),
+            "tip_moment": wrenches[-1, 3:].copy(),
+            "plate_wrenches": np.zeros_like(wrenches),
+            "frame": "plate" if scene.following else "base",
+            "rod_forces": np.zeros((rods, 3)),
+            "rod_moments": np.zeros((rods, 3)),
+        }
 
     @property
     def success(self) -> bool:
@@ -251,28 +275,10 @@ class Posture:
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """What to know before trusting the answer: a law or an axial curve left its range, tubes touch or lock."""
-        notes: list[str] = []
         if not self.success:
             return ()
-        stretches = self._solved.largest_stretch()
-        outside = [
-            (stretch, section.largest_stretch)
-            for stretch, section in zip(stretches, self._scene.sections, strict=True)
-            if 0.0 < section.largest_stretch < stretch
-        ]
-        if outside:
-            stretch, limit = max(outside, key=lambda pair: pair[0] / pair[1])
-            notes.append(
-                f"the law leaves its range in {len(outside)} rod{'s' if len(outside) > 1 else ''}: "
-                f"stretch {stretch:.4g}, fitted to {limit:.4g}"
-            )
-        beyond = self._solved.outside_axial_law()
-        if beyond:
-            notes.append(f"the axial force leaves the range of the nonlinear axial law in {len(beyond)} rods")
-        if self.touching:
-            gap = 1e3 * (self.clearance or 0.0)
-            notes.append(f"tubes touch: the smallest gap is {gap:.3g} mm, contact is not modelled")
-        return tuple(notes)
+        gap, first, *_ = self._nearest
+        return tuple(self._solved.remarks(gap, first))
 
     @property
     def plan(self) -> tuple[str, ...]:
@@ -397,8 +403,8 @@ class Posture:
 
     @cached_property
     def _nearest(self) -> tuple[float, int, int, float, float]:
-        radii = [member.outer_radius or 0.0 for segment in self.limb.segments for member in segment.members]
-        return self._solved.clearance(radii, 33)  # pieces of a thirtieth: the gap's error is below 0.1 % of a rod
+        radii = [member.outer_radius or 0.0 for member in self.limb._members]
+        return self._solved.clearance(radii, _CLEARANCE_POINTS)
 
     @property
     def clearance(self) -> float | None:

@@ -36,6 +36,15 @@ struct Pose {
     bool finite() const { return position.allFinite() && rotation.allFinite(); }
 };
 
+/// The homogeneous matrix of a pose, row by row: 16 numbers.
+inline void write_matrix(const Pose& pose, double* x) {
+    for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c) x[4 * r + c] = pose.rotation(r, c);
+        x[4 * r + 3] = pose.position(r);
+    }
+    x[12] = x[13] = x[14] = 0.0, x[15] = 1.0;
+}
+
 /// Rotation by the rotation vector `w` [rad].
 Matrix3 exp_so3(const Vector3& w);
 /// Rotation vector of `r`, angle in [0, pi].

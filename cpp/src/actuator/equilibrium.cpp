@@ -145,11 +145,28 @@ PathPoint path_point(const Equilibrium& at, Freedom free) {
     return point;
 }
 
+namespace {
+
+/// Cubic through two values with their slopes, a distance apart, at a share of it: beyond one an extrapolation.
+double hermite(double share, double distance, double y0, double slope0, double y1, double slope1) {
+    const double rise = y1 - y0, c = distance * slope0, d = distance * slope1;
+    return y0 + share * (c + share * ((3.0 * rise - 2.0 * c - d) + share * (c + d - 2.0 * rise)));
+}
+
+}  // namespace
+
 bool advance(const Wall& wall, const WallLoads& loads, Freedom free, const PathPoint& from, double volume,
-             PathPoint& to) {
+             PathPoint& to, const PathPoint* before) {
     const double step = volume - from.shape.volume;
     Shape<double> start{from.shape.stretch + from.d_stretch * step, volume, from.shape.twist + from.d_twist * step};
     if (!(start.stretch > 0.2 * from.shape.stretch)) start.stretch = from.shape.stretch;
+    if (before) {
+        const double distance = from.shape.volume - before->shape.volume, share = 1.0 + step / distance;
+        if (share < 2.5)  // farther out a cubic is worse than the tangent
+            start = {
+                hermite(share, distance, before->shape.stretch, before->d_stretch, from.shape.stretch, from.d_stretch),
+                volume, hermite(share, distance, before->shape.twist, before->d_twist, from.shape.twist, from.d_twist)};
+    }
     const Equilibrium at = relax(wall, loads, start, {true, false, free.twist});
     if (!at.converged()) return false;
     to = path_point(at, free);
@@ -190,7 +207,8 @@ Path::Path(const Wall& wall, Freedom free, double pressure_scale) {
         PathPoint next;
         bool found = false;
         for (int halving = 0; halving < 12; ++halving, step *= 0.5) {
-            found = advance(wall, {}, free, from, from.shape.volume + step, next);
+            const PathPoint* before = points_.size() > 1 && halving == 0 ? &points_[points_.size() - 2] : nullptr;
+            found = advance(wall, {}, free, from, from.shape.volume + step, next, before);
             // A pressure that jumps by much more than its slope promised: the step was too long.
             if (found && std::abs(next.pressure - from.pressure) <= 0.4 * (std::abs(from.pressure) + pressure_scale))
                 break;
@@ -247,8 +265,7 @@ Shape<double> Path::guess(double pressure) const {
     const PathPoint &b = *above, &a = *(above - 1);
     const double h = b.shape.volume - a.shape.volume;
     const auto cubic = [&](double u, double y0, double m0, double y1, double m1) {
-        const double rise = y1 - y0, c = h * m0, d = h * m1;
-        return y0 + u * (c + u * ((3.0 * rise - 2.0 * c - d) + u * (c + d - 2.0 * rise)));
+        return hermite(u, h, y0, m0, y1, m1);
     };
     const auto slope = [&](double u, double y0, double m0, double y1, double m1) {
         const double rise = y1 - y0, c = h * m0, d = h * m1;

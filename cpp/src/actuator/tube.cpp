@@ -72,7 +72,8 @@ Tube::Tube(double length, std::vector<Layer> layers, const TubeOptions& options)
       options_(options),
       wall_(layers_, options.tension_only),
       pressure_scale_(small_pressure(layers_)),
-      path_(wall_, freedom(), pressure_scale_) {
+      path_(wall_, freedom(), pressure_scale_),
+      table_(wall_, freedom(), pressure_scale_, path_) {
     if (options.mass) require_positive("mass", *options.mass);
     require_not_negative("cap_length", options.cap_length);
     if (!(2.0 * options.cap_length < length)) reject("cap_length", options.cap_length, "below half the length");
@@ -90,6 +91,7 @@ Tube::Tube(double length, std::vector<Layer> layers, const TubeOptions& options)
     mass_ = options.mass.value_or(silicone_mass);
     largest_stretch_ = smallest_range > 0.0 ? 1.0 + smallest_range : 0.0;
     locking_share_ = measure_locking();
+    rest_ = rest_state();
 }
 
 double Tube::measure_locking() const {
@@ -121,8 +123,8 @@ double Tube::largest_strain_excess(const Shape<double>& q) const {
     for (const WallLayer& layer : wall_.layers()) {
         const double range = max_strain(layer.law);
         if (!(range > 0.0)) continue;
-        for (const double x : {layer.x_in, layer.x_out}) {
-            const double s = std::exp(x), e = s + q.volume - 1.0, a = s / (e * q.stretch);
+        for (const double s : {layer.s_in, layer.s_out}) {
+            const double e = s + q.volume - 1.0, a = s / (e * q.stretch);
             const double t = e / q.stretch * (1.0 / s + q.twist * q.twist) + q.stretch * q.stretch;
             const double in_surface = 0.5 * (t + std::sqrt(std::max(0.0, t * t - 4.0 / a)));
             excess = std::max(excess, std::sqrt(std::max(a, in_surface)) - 1.0 - range);
@@ -236,6 +238,34 @@ Equilibrium follow(const Wall& wall, WallLoads loads, Freedom free, PathPoint fr
 
 }  // namespace
 
+Shape<double> Tube::near(double pressure) const {
+    UnloadedState<double> state;
+    return table_.at(pressure, state) ? state.shape : path_.guess(pressure);
+}
+
+UnloadedState<double> Tube::rest_state() const {
+    const Shape<double> rest;
+    if (!wall_.tension_only()) return unloaded_state(wall_.energy(rest), rest);
+    // Under a vanishing pressure some fibres are slack, in proportions that do not depend on how small it is.
+    const Equilibrium near = solve_unloaded(smallest_pressure());
+    UnloadedState<double> state = unloaded_state(near.energy, near.shape);
+    state.shape = rest;
+    return state;
+}
+
+UnloadedState<double> Tube::unloaded(double pressure, SolveStatus& status) const {
+    status = SolveStatus::converged;
+    if (pressure == 0.0) return rest_;
+    UnloadedState<double> state;
+    const bool vanishing = wall_.tension_only() && std::abs(pressure) < smallest_pressure();
+    if (!vanishing && table_.at(pressure, state)) return state;
+    const Equilibrium at = solve_unloaded(pressure);
+    status = at.converged() && !at.stable ? SolveStatus::singular_jacobian : at.status;
+    state = vanishing ? rest_ : unloaded_state(at.energy, at.shape);
+    state.shape = at.shape;
+    return state;
+}
+
 Equilibrium Tube::solve_unloaded(double pressure, double* limit) const {
     const WallLoads loads{0.0, pressure, 0.0};
     if (pressure == 0.0) {
@@ -243,7 +273,7 @@ Equilibrium Tube::solve_unloaded(double pressure, double* limit) const {
         return {rest, wall_.energy(rest), SolveStatus::converged, true, 0};
     }
     if (path_.covers(pressure)) {
-        Equilibrium at = relax(wall_, loads, path_.guess(pressure), freedom());
+        Equilibrium at = relax(wall_, loads, near(pressure), freedom());
         if (at.converged() && at.stable) return at;
     } else if (pressure > 0.0 && has_limit()) {
         const Shape<double> last = path_.last().shape;
@@ -288,7 +318,7 @@ TubeState Tube::inflate(double pressure, double axial_force, double torque) cons
         state.limit_pressure = limit;
         return state;
     }
-    const Shape<double> start = path_.covers(pressure) ? path_.guess(pressure) : Shape<double>{};
+    const Shape<double> start = path_.covers(pressure) ? near(pressure) : Shape<double>{};
     Equilibrium at = relax(wall_, loads, start, freedom());
     double limit = 0.0;
     if (!at.converged() || !at.stable) {

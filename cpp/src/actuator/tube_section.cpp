@@ -15,13 +15,6 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Constants of the tube that the section's formulas need.
-struct SectionConstants {
-    double length, active, inner_radius, area_scale, mass;
-    double linear_axial, linear_bending, linear_shear;
-    bool twist_free, locked;
-};
-
 template <class S>
 struct SectionValues {
     S rest_length, axial, shear, bending, torsion, mass_per_length, rest_twist, extension_twist, stretch;
@@ -29,15 +22,13 @@ struct SectionValues {
 
 /// The formulas, for double and for dual numbers alike.
 template <class S>
-SectionValues<S> section_values(const SectionConstants& c, const WallEnergy<S>& e, const Shape<S>& q) {
+SectionValues<S> section_values(const SectionConstants& c, const UnloadedState<S>& at) {
+    const Shape<S>& q = at.shape;
     const S& l = q.stretch;
-    // Stiffness in (lz, gamma) at constant pressure: the volume condensed.
-    const S p_ll = e.h_ll - e.h_lw * e.h_lw / e.h_ww, p_lt = e.h_lt - e.h_lw * e.h_wt / e.h_ww;
-    const S p_tt = e.h_tt - e.h_wt * e.h_wt / e.h_ww;
-    const S k_ll = c.locked ? e.h_ll : p_ll, k_lt = c.locked ? e.h_lt : p_lt, k_tt = c.locked ? e.h_tt : p_tt;
-    const S open = c.twist_free ? p_ll - p_lt * p_lt / p_tt : p_ll;
-    const S axial = c.twist_free ? k_ll - k_lt * k_lt / k_tt : k_ll;
-    const S torsion = c.twist_free ? k_tt - k_lt * k_lt / k_ll : k_tt;
+    const AxialStiffness<S>&p = at.open, &k = c.locked ? at.locked : at.open;
+    const S open = c.twist_free ? p.ll - p.lt * p.lt / p.tt : p.ll;
+    const S axial = c.twist_free ? k.ll - k.lt * k.lt / k.tt : k.ll;
+    const S torsion = c.twist_free ? k.tt - k.lt * k.lt / k.ll : k.tt;
 
     SectionValues<S> s;
     // Caps keep part of the length at rest: the rod of length l is then stiffer by l / (its active part).
@@ -51,7 +42,7 @@ SectionValues<S> section_values(const SectionConstants& c, const WallEnergy<S>& 
     s.shear = ratio * c.linear_shear;
     s.rest_twist = q.twist / (c.inner_radius * per_length);
     s.extension_twist = S(0.0);
-    if (c.twist_free) s.extension_twist = -k_lt / ((k_ll * k_tt - k_lt * k_lt) * scale * c.inner_radius);
+    if (c.twist_free) s.extension_twist = -k.lt / ((k.ll * k.tt - k.lt * k.lt) * scale * c.inner_radius);
     s.mass_per_length = c.mass / s.rest_length;
     s.stretch = s.rest_length / c.length;
     return s;
@@ -77,6 +68,15 @@ struct Interpolation {
     std::array<double, AxialLaw::max_degree + 1> node{};
     std::array<std::array<double, AxialLaw::max_degree + 1>, AxialLaw::max_degree + 1> power{};  // [power][node]
     int rest = 0;
+    /// Foretells the shape at a node from shapes and slopes at up to four that are solved before it: first those above
+    /// the unloaded tube, upwards, then those below, downwards.
+    struct Forecast {
+        static constexpr int most = 4;
+        int known = 0;
+        std::array<int, most> node{};
+        std::array<double, most> of_value{}, of_slope{};
+    };
+    std::array<Forecast, AxialLaw::max_degree + 1> forecast{};
 
     explicit Interpolation(int degree) : count(degree + 1) {
         for (int i = 0; i < count; ++i) node[i] = -std::cos(pi * (i + 0.5) / count);
@@ -95,32 +95,49 @@ struct Interpolation {
                 ++size;
             }
             for (int k = 0; k < count; ++k) power[k][i] = static_cast<double>(basis[k]);
+            forecast[i] = forecast_of(i);
         }
+    }
+
+    /// Hermite's polynomial at node i.
+    Forecast forecast_of(int i) const {
+        Forecast f;
+        if (i == rest) return f;
+        const int towards = i > rest ? -1 : 1, end = i > rest ? rest : count - 1;
+        for (int j = i + towards; f.known < Forecast::most && (end - j) * towards >= 0; j += towards)
+            f.node[f.known++] = j;
+        for (int a = 0; a < f.known; ++a) {
+            double basis = 1.0, slope = 0.0;
+            for (int b = 0; b < f.known; ++b) {
+                if (b == a) continue;
+                const double apart = node[f.node[a]] - node[f.node[b]];
+                basis *= (node[i] - node[f.node[b]]) / apart;
+                slope += 1.0 / apart;
+            }
+            const double away = node[i] - node[f.node[a]];
+            f.of_value[a] = (1.0 - 2.0 * away * slope) * basis * basis, f.of_slope[a] = away * basis * basis;
+        }
+        return f;
     }
 };
 
 struct Node {
-    double value, slope;  // strain over force, and its derivative to the pressure
-    Shape<double> shape;
+    double value, slope;         // strain over force, and its derivative to the pressure
+    Shape<double> shape, along;  // and derivative to the force
     bool good;
 };
 
 using Nodes = std::array<Node, AxialLaw::max_degree + 1>;
 
-/// Shape at node i by Lagrange's polynomial through up to five nodes before it.
-Shape<double> extrapolated(const Interpolation& rule, const Nodes& nodes, int i, int direction, int known) {
-    const int count = std::min(known, 5);
+/// Shape at node i; `half_range` is the force [as of the slopes] from the middle of the nodes to their end.
+Shape<double> foretold(const Interpolation::Forecast& forecast, const Nodes& nodes, double half_range) {
     Shape<double> sum{0.0, 0.0, 0.0};
-    for (int a = 1; a <= count; ++a) {
-        const int at = i - a * direction;
-        double weight = 1.0;
-        for (int b = 1; b <= count; ++b) {
-            const int other = i - b * direction;
-            if (a != b) weight *= (rule.node[i] - rule.node[other]) / (rule.node[at] - rule.node[other]);
-        }
-        sum.stretch += weight * nodes[at].shape.stretch;
-        sum.volume += weight * nodes[at].shape.volume;
-        sum.twist += weight * nodes[at].shape.twist;
+    for (int a = 0; a < forecast.known; ++a) {
+        const Node& at = nodes[forecast.node[a]];
+        const double value = forecast.of_value[a], slope = forecast.of_slope[a] * half_range;
+        sum.stretch += value * at.shape.stretch + slope * at.along.stretch;
+        sum.volume += value * at.shape.volume + slope * at.along.volume;
+        sum.twist += value * at.shape.twist + slope * at.along.twist;
     }
     return sum;
 }
@@ -132,56 +149,61 @@ const Interpolation& interpolation() {
 
 }  // namespace
 
-SectionAtPressure Tube::section(double pressure, SectionModel model, Valve valve, bool derivative) const {
-    SectionAtPressure out;
-    const double nan = std::numeric_limits<double>::quiet_NaN();
-    out.rest_length = nan;
-    if (!std::isfinite(pressure)) {
-        out.status = SolveStatus::not_finite;
-        return out;
-    }
-    Equilibrium at = solve_unloaded(pressure);
-    out.status = at.status;
-    out.flags = flags_of(at.shape, pressure);
-    if (at.converged() && !at.stable) out.status = SolveStatus::singular_jacobian;
+SectionConstants Tube::constants(Valve valve) const {
+    return {length_,
+            length_ - 2.0 * options_.cap_length,
+            inner_radius(),
+            area_scale_,
+            mass_,
+            linear_axial_,
+            linear_bending_,
+            linear_shear_,
+            options_.ends == Ends::free,
+            valve == Valve::locked};
+}
 
-    WallEnergy<double> energy = at.energy;
-    Shape<double> tangent_at = at.shape;
-    if (wall_.tension_only() && std::abs(pressure) < smallest_pressure()) {
-        // Under a vanishing pressure some fibres are slack, in proportions that do not depend on how small it is.
-        const Equilibrium near = solve_unloaded(smallest_pressure());
-        energy = near.energy, tangent_at = near.shape;
-    }
-    const double active = length_ - 2.0 * options_.cap_length;
-    const SectionConstants constants{length_,
-                                     active,
-                                     inner_radius(),
-                                     area_scale_,
-                                     mass_,
-                                     linear_axial_,
-                                     linear_bending_,
-                                     linear_shear_,
-                                     options_.ends == Ends::free,
-                                     valve == Valve::locked};
-    SectionValues<double> values = section_values(constants, energy, at.shape);
-    Section& section = out.section;
+SolveStatus Tube::linear_section(double pressure, SectionModel model, Valve valve, Section& section,
+                                 double& rest_length) const {
+    section = Section{};
+    rest_length = std::numeric_limits<double>::quiet_NaN();
+    if (!std::isfinite(pressure)) return SolveStatus::not_finite;
+    SolveStatus status;
+    const SectionValues<double> values = section_values(constants(valve), unloaded(pressure, status));
     fill(section, values);
     section.largest_stretch = largest_stretch_;
-    out.rest_length = values.rest_length;
-
+    rest_length = values.rest_length;
     if (model == SectionModel::paper) {
         section.axial = linear_axial_, section.bending = linear_bending_, section.shear = linear_shear_;
         section.torsion = 2.0 * linear_bending_ / 3.0;  // G J with G = E/3 and J = 2 I
         section.rest_twist = section.extension_twist = 0.0;
         section.axial_law.coefficient[0] = 1.0 / section.axial;
     }
+    return status;
+}
+
+SolveStatus Tube::section(double pressure, SectionModel model, Valve valve, Section& section,
+                          double& rest_length) const {
+    if (model != SectionModel::nonlinear) return linear_section(pressure, model, valve, section, rest_length);
+    const SectionAtPressure at = this->section(pressure, model, valve);
+    section = at.section, rest_length = at.rest_length;
+    return at.status;
+}
+
+SectionAtPressure Tube::section(double pressure, SectionModel model, Valve valve, bool derivative) const {
+    SectionAtPressure out;
+    Section& section = out.section;
+    out.status = linear_section(pressure, model, valve, section, out.rest_length);
+    if (out.status == SolveStatus::not_finite || (!derivative && model != SectionModel::nonlinear)) return out;
+    const Equilibrium state = solve_unloaded(pressure);
     if (derivative) {
+        const bool vanishing = wall_.tension_only() && std::abs(pressure) < smallest_pressure();
+        const Equilibrium tangent = vanishing ? solve_unloaded(smallest_pressure()) : state;
         double l = 0.0, w = 1.0, t = 0.0;
-        Factor(energy, freedom()).solve(l, w, t);
+        Factor(tangent.energy, freedom()).solve(l, w, t);
         const auto moving = [](double value, double slope) { return Dual<1>(value, {slope}); };
-        const Shape<Dual<1>> shape{moving(tangent_at.stretch, l), moving(tangent_at.volume, w),
-                                   moving(tangent_at.twist, t)};
-        const SectionValues<Dual<1>> s = section_values(constants, wall_.energy(shape), shape);
+        const Shape<Dual<1>> shape{moving(tangent.shape.stretch, l), moving(tangent.shape.volume, w),
+                                   moving(tangent.shape.twist, t)};
+        const SectionValues<Dual<1>> s = section_values(constants(valve), unloaded_state(wall_.energy(shape), shape));
         Section& d = out.d_section;
         d = Section{};
         out.d_rest_length = s.rest_length.slope[0];
@@ -194,7 +216,7 @@ SectionAtPressure Tube::section(double pressure, SectionModel model, Valve valve
         }
     }
     if (model == SectionModel::nonlinear && out.status == SolveStatus::converged)
-        nonlinear_law(at, pressure, valve, derivative, out);
+        nonlinear_law(state, pressure, valve, derivative, out);
     return out;
 }
 
@@ -208,11 +230,16 @@ void Tube::nonlinear_law(const Equilibrium& rest, double pressure, Valve valve, 
     double l_p = 0.0, w_p = 1.0, t_p = 0.0;
     if (derivative) Factor(rest.energy, freedom()).solve(l_p, w_p, t_p);
     const double d_rest_stretch = l_p, d_rest_volume = w_p;
+    const auto along = [&](const WallEnergy<double>& e) {
+        Shape<double> slope{1.0, 0.0, 0.0};
+        Factor(e, free).solve(slope.stretch, slope.volume, slope.twist);
+        return slope;
+    };
     const auto solve_at = [&](double force, const Shape<double>& start) {
         const WallLoads loads{force / area_scale_, pressure, 0.0};
         // Where the tangent is not asked for, a step of 1e-7 need not be looked at again: it leaves less than 1e-12.
         const Equilibrium at = relax(wall_, loads, start, free, derivative ? negligible_step : 1e-7);
-        Node node{0.0, 0.0, at.shape, at.converged() && at.stable};
+        Node node{0.0, 0.0, at.shape, along(at.energy), at.converged() && at.stable};
         node.value = (at.shape.stretch - rest_stretch) * share / force;
         if (derivative) {
             double l = 0.0, w = 0.0, t = 0.0;
@@ -240,13 +267,15 @@ void Tube::nonlinear_law(const Equilibrium& rest, double pressure, Valve valve, 
     for (double half_range = 0.5 * (highest - lowest) * scale; half_range > shortest * scale; half_range *= 0.6) {
         const double centre = -node_of_rest * half_range;
         Nodes nodes;
-        nodes[rule.rest] = {section.axial_law.coefficient[0], out.d_section.axial_law.coefficient[0], rest.shape, true};
+        nodes[rule.rest] = {section.axial_law.coefficient[0], out.d_section.axial_law.coefficient[0], rest.shape,
+                            along(rest.energy), true};
         bool reached = true;
-        // Outwards from the unloaded tube, each start extrapolated from the nodes before it.
         for (const int direction : {1, -1})
             for (int i = rule.rest + direction; reached && i >= 0 && i < rule.count; i += direction) {
-                const int known = std::abs(i - rule.rest);
-                nodes[i] = solve_at(centre + half_range * rule.node[i], extrapolated(rule, nodes, i, direction, known));
+                Shape<double> start = foretold(rule.forecast[i], nodes, half_range / area_scale_);
+                if (!free.volume) start.volume = rest.shape.volume;  // what is held is no forecast
+                if (!free.twist) start.twist = rest.shape.twist;
+                nodes[i] = solve_at(centre + half_range * rule.node[i], start);
                 reached = nodes[i].good;
             }
         if (!reached) continue;
@@ -256,7 +285,7 @@ void Tube::nonlinear_law(const Equilibrium& rest, double pressure, Valve valve, 
         for (int k = 0; k < rule.count; ++k)
             for (int i = 0; i < rule.count; ++i) {
                 law.coefficient[k] += rule.power[k][i] * nodes[i].value;
-                d_law.coefficient[k] += rule.power[k][i] * nodes[i].slope;
+                if (derivative) d_law.coefficient[k] += rule.power[k][i] * nodes[i].slope;
             }
         if (may_be_rough && half_range * 0.6 > shortest * scale) {
             // Halfway between the outermost nodes an interpolation is worst.

@@ -49,6 +49,8 @@ Wall::Wall(const std::vector<Layer>& layers, bool tension_only, int points)
                      from.silicone_fraction(),
                      2.0 * std::log(from.inner * scale),
                      2.0 * std::log(from.outer * scale),
+                     from.inner * scale * from.inner * scale,
+                     from.outer * scale * from.outer * scale,
                      {},
                      {},
                      {}};
@@ -75,9 +77,37 @@ Wall::Wall(const std::vector<Layer>& layers, bool tension_only, int points)
     }
 }
 
+namespace {
+
+// At rest the stretch is one to rounding throughout: that counts as taut.
+constexpr double rounding = 2e-15;
+
+/// Without twist I4 - 1 = A + B/s with constants A and B: taut on one side of s = -B/A.
+Wall::TautParts untwisted_taut_parts(const WallLayer& layer, const WallFamily& family, const Shape<double>& q) {
+    const double l = q.stretch, sine_squared = family.sine * family.sine;
+    const double a = ((1.0 - l) + sine_squared * (l * l * l - 1.0)) / l;
+    const double b = (q.volume - 1.0) * family.cosine * family.cosine / l;
+    const auto excess = [&](double s) {
+        const double value = a + b / s;
+        return std::abs(value) <= rounding ? 0.0 : value;
+    };
+    const bool inside = excess(layer.s_in) >= 0.0, outside = excess(layer.s_out) >= 0.0;
+    Wall::TautParts parts;
+    if (inside == outside) {
+        parts.whole = inside;
+        return parts;
+    }
+    const double boundary = std::clamp(std::log(-b / a), layer.x_in, layer.x_out);
+    parts.count = 1;
+    parts.from[0] = inside ? layer.x_in : boundary, parts.moving_from[0] = outside;
+    parts.to[0] = inside ? boundary : layer.x_out, parts.moving_to[0] = inside;
+    return parts;
+}
+
+}  // namespace
+
 Wall::TautParts Wall::taut_parts(const WallLayer& layer, const WallFamily& family, const Shape<double>& q) {
-    // At rest the stretch is one to rounding throughout: that counts as taut.
-    constexpr double rounding = 2e-15;
+    if (q.twist == 0.0) return untwisted_taut_parts(layer, family, q);
     constexpr int most = GaussRule::max_points + 2;
     struct Sample {
         double x, excess, slope;
@@ -96,7 +126,8 @@ Wall::TautParts Wall::taut_parts(const WallLayer& layer, const WallFamily& famil
             ((at.excess >= 0.0) == (left.excess >= 0.0) ? left : right) = at;
             double next = at.x - at.excess / at.slope;
             if (!(next > left.x && next < right.x)) next = 0.5 * (left.x + right.x);
-            if (std::abs(next - x) <= 1e-16 * (1.0 + std::abs(x))) return next;
+            // The energy there is the square of what is left: more digits than these change nothing.
+            if (std::abs(next - x) <= 1e-15) return next;
             x = next;
         }
         return x;
@@ -105,12 +136,8 @@ Wall::TautParts Wall::taut_parts(const WallLayer& layer, const WallFamily& famil
     Sample samples[2 * most];
     int count = 0;
     samples[count++] = sample(layer.x_in);
-    if (q.twist != 0.0) {  // without twist the stretch is monotone through the wall
-        constexpr int inside = 4;
-        for (int i = 1; i < inside; ++i) {
-            samples[count++] = sample(layer.x_in + (layer.x_out - layer.x_in) * i / inside);
-        }
-    }
+    constexpr int inside = 4;
+    for (int i = 1; i < inside; ++i) samples[count++] = sample(layer.x_in + (layer.x_out - layer.x_in) * i / inside);
     samples[count++] = sample(layer.x_out);
 
     TautParts parts;

@@ -62,9 +62,10 @@ struct PathPoint {
 
 PathPoint path_point(const Equilibrium& at, Freedom free);
 
-/// Moves along the path by a change of volume. False when no equilibrium was found there.
+/// Moves along the path by a change of volume, guided by an earlier point where that is known. False when no
+/// equilibrium was found there.
 bool advance(const Wall& wall, const WallLoads& loads, Freedom free, const PathPoint& from, double volume,
-             PathPoint& to);
+             PathPoint& to, const PathPoint* before = nullptr);
 
 /// Largest step of the volume from a point that keeps every change small enough for `advance` and for interpolation.
 /// `pressure_scale` [Pa] is a small pressure of the tube.

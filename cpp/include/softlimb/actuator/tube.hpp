@@ -8,6 +8,7 @@
 
 #include "softlimb/actuator/equilibrium.hpp"
 #include "softlimb/actuator/layer.hpp"
+#include "softlimb/actuator/unloaded.hpp"
 #include "softlimb/actuator/wall.hpp"
 #include "softlimb/section.hpp"
 #include "softlimb/solve/status.hpp"
@@ -65,7 +66,13 @@ struct SectionAtPressure {
     double d_rest_length = 0.0;
     Section d_section;
     solve::SolveStatus status = solve::SolveStatus::max_iterations;
-    unsigned flags = 0;
+};
+
+/// Constants of a tube that the formulas of its section need.
+struct SectionConstants {
+    double length, active, inner_radius, area_scale, mass;
+    double linear_axial, linear_bending, linear_shear;
+    bool twist_free, locked;
 };
 
 /// Cauchy stress at a point of the wall [Pa].
@@ -117,6 +124,9 @@ public:
 
     SectionAtPressure section(double pressure, SectionModel model = SectionModel::tangent, Valve valve = Valve::open,
                               bool derivative = false) const;
+    /// The same without derivatives, in place.
+    solve::SolveStatus section(double pressure, SectionModel model, Valve valve, Section& section,
+                               double& rest_length) const;
 
     /// Stress at a deformed radius within the wall; at the face between two layers that of the inner one.
     WallStress stress(const TubeState& state, double radius) const;
@@ -139,7 +149,15 @@ private:
     double largest_strain_excess(const Shape<double>& q) const;
     /// `limit` receives the pressure where stability was lost on the way.
     Equilibrium solve_unloaded(double pressure, double* limit = nullptr) const;
+    /// Near the equilibrium at a covered pressure: to rounding where the table reaches, else to about 1e-6.
+    Shape<double> near(double pressure) const;
+    /// What the section at a pressure follows from, out of the table where it reaches.
+    UnloadedState<double> unloaded(double pressure, solve::SolveStatus& status) const;
+    UnloadedState<double> rest_state() const;
     double measure_locking() const;
+    SectionConstants constants(Valve valve) const;
+    solve::SolveStatus linear_section(double pressure, SectionModel model, Valve valve, Section& section,
+                                      double& rest_length) const;
     /// Pressure below which a tension-only tube behaves as in the limit from above [Pa].
     double smallest_pressure() const { return 1e-6 * pressure_scale_; }
     void nonlinear_law(const Equilibrium& at, double pressure, Valve valve, bool derivative,
@@ -155,6 +173,8 @@ private:
     Wall wall_;
     double pressure_scale_;
     Path path_;
+    UnloadedTable table_;
+    UnloadedState<double> rest_;  // what the section at zero pressure follows from
     double locking_share_ = 0.0;
 };
 

@@ -52,6 +52,7 @@ struct WallLayer {
     materials::AnyLaw law;
     double silicone;     // fraction of the volume
     double x_in, x_out;  // ln s at its faces
+    double s_in, s_out;
     std::vector<WallPoint> points, fine_points;
     std::vector<WallFamily> families;
 };

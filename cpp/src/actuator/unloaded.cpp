@@ -1,0 +1,71 @@
+#include "softlimb/actuator/unloaded.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace softlimb::actuator {
+namespace {
+
+using Curves = Piecewise<9>;
+
+Curves::Values numbers_of(const UnloadedState<double>& s) {
+    return {s.shape.stretch, s.shape.volume, s.shape.twist, s.open.ll,  s.open.lt,
+            s.open.tt,       s.locked.ll,    s.locked.lt,   s.locked.tt};
+}
+
+UnloadedState<double> state_of(const Curves::Values& n) {
+    return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, {n[6], n[7], n[8]}};
+}
+
+// Digits that an interpolation keeps; the solves behind it have one or two more.
+constexpr double relative = 2e-13;
+
+/// How far a table may be from a state. What is left of a stiffness after condensing is known to the rounding of the
+/// fibres' stiffness only, which may be a million times as large.
+Curves::Values allowed_at(const WallEnergy<double>& e, const UnloadedState<double>& s) {
+    const double rounding = std::numeric_limits<double>::epsilon();
+    const double all = std::abs(e.h_ll) + std::abs(e.h_ww) + std::abs(e.h_tt);
+    const double shape = relative, ll = std::max(relative * s.open.ll, rounding * all);
+    const double tt = std::max(relative * s.open.tt, rounding * all), lt = std::sqrt(ll * tt);
+    return {shape, shape, shape, ll, lt, tt, relative * all, relative * all, relative * all};
+}
+
+}  // namespace
+
+UnloadedTable::UnloadedTable(const Wall& wall, Freedom free, double pressure_scale, const Path& path) {
+    // Three times what the reference limb is made for; the path goes on to where nothing is left of a tube.
+    constexpr double largest_pressure = 300.0;  // of the pressure scale
+    // A smooth tube takes fifty to a hundred. What takes more is solved for when it is asked.
+    constexpr int most_samples = 600;
+    // The finer points change the energy by what the fewer ones miss: a corner, if a small one.
+    double end = path.last().pressure;
+    if (wall.strained(path.last().shape)) {
+        double low = 0.0;
+        while (end - low > 1e-3 * end) {
+            const double middle = 0.5 * (low + end);
+            (wall.strained(path.guess(middle)) ? end : low) = middle;
+        }
+        end = low;
+    }
+    end = std::min(end, largest_pressure * pressure_scale);
+    curves_.fit(0.0, end, most_samples, [&](double pressure, const Curves::Values* near, Curves::Sample& sample) {
+        const Shape<double> start = near ? state_of(*near).shape : path.guess(pressure);
+        const Equilibrium at = relax(wall, {0.0, pressure, 0.0}, start, free);
+        if (!at.converged() || !at.stable || wall.strained(at.shape)) return false;
+        // Once more at the very shape: `at` has the energy from before its last step.
+        const WallEnergy<double> e = wall.energy(at.shape);
+        const UnloadedState<double> state = unloaded_state(e, at.shape);
+        sample.value = numbers_of(state), sample.allowed = allowed_at(e, state);
+        return true;
+    });
+}
+
+bool UnloadedTable::at(double pressure, UnloadedState<double>& state) const {
+    Curves::Values numbers;
+    if (!curves_.at(pressure, numbers)) return false;
+    state = state_of(numbers);
+    return true;
+}
+
+}  // namespace softlimb::actuator
