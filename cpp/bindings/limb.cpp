@@ -334,14 +334,6 @@ void bind_limb(py::module_& m) {
                  return py::make_tuple(v.position_error, v.rotation_error, v.force_error, v.moment_error, v.hold_error);
              })
         .def(
-            "tip_response",
-            [](const Posture& p, const std::vector<Section>& section_slopes, const std::vector<double>& length_slopes) {
-                std::vector<limb::RodSlope> slopes;
-                for (std::size_t i = 0; i < section_slopes.size(); ++i)
-                    slopes.push_back({section_slopes[i], length_slopes.at(i)});
-                return vectors_array(limb::tip_response(*p.geometry, p.scene, p.solution.shape, slopes));
-            })
-        .def(
             "compliance",
             [](const Posture& p) { return matrix_array(limb::tip_compliance(*p.geometry, p.scene, p.solution.shape)); })
         .def(py::pickle([](const Posture& p) { return posture_state(p); }, &posture_of));

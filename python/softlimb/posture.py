@@ -485,18 +485,7 @@ class Posture:
         self._require_success("a Jacobian")
         if self.pressures is None:
             raise RuntimeError("a Jacobian to pressures needs a posture that was solved from pressures")
-        slopes, lengths, driven, actuator = [], [], [], 0
-        for flat, member in enumerate(self.limb._members):
-            if isinstance(member, Tube):
-                at = member.section_at(float(self.pressures[actuator]), *self._model)
-                slopes.append(at.d_section)
-                lengths.append(at.d_rest_length)
-                driven.append(flat)
-                actuator += 1
-            else:
-                slopes.append(member.section)  # not used: only driven columns are kept
-                lengths.append(0.0)
-        response: Array = self._solved.tip_response(slopes, lengths)[driven].T.copy()
+        response: Array = self.limb._core_members.tip_jacobian(self._solved, self.pressures, *self._model)
         return response
 
     def _require_success(self, what: str) -> None:

@@ -326,11 +326,8 @@ std::vector<Vector6> tip_response(const Geometry& geometry, const Scene& scene, 
                                   const std::vector<RodSlope>& slopes) {
     Equilibrium equilibrium(geometry, scene);
     if (!equilibrium.linearise_at(shape)) throw std::runtime_error("the stiffness is singular here: no derivatives");
-    std::vector<Vector6> responses, moves(geometry.plates());
-    for (std::size_t i = 0; i < slopes.size(); ++i) {
-        equilibrium.respond_to_rod(shape, static_cast<int>(i), slopes[i].section, slopes[i].rest_length, moves);
-        responses.push_back(moves.back());
-    }
+    std::vector<Vector6> responses;
+    equilibrium.respond_to_rods(shape, slopes, responses);
     return responses;
 }
 

@@ -194,6 +194,25 @@ void Batch::reserve(int pieces) {
     starts_.reserve(pieces);
     linear_.reserve(pieces);
     ends_.reserve(pieces);
+    slopes_.reserve(pieces);
+    end_slopes_.reserve(pieces);
+}
+
+void Batch::clear() {
+    starts_.clear();
+    linear_.clear();
+    ends_.clear();
+    slopes_.clear();
+    end_slopes_.clear();
+    loads_ = lanes::Loads::none;
+}
+
+void Batch::add(const RodPiece& piece, const Pose& base, const Vector6& base_wrench, const Section& section_slope,
+                double length_slope, const Vector3& line_force_slope, EndSlope& end) {
+    add(piece, base, base_wrench);
+    slopes_.push_back(
+        {&section_slope, length_slope, {line_force_slope.x(), line_force_slope.y(), line_force_slope.z()}});
+    end_slopes_.push_back({end.pose.data(), end.wrench.data()});
 }
 
 void Batch::add(const RodPiece& piece, const Pose& base, const Vector6& base_wrench) {
@@ -215,6 +234,8 @@ void Batch::run(int steps) const {
     const int count = static_cast<int>(starts_.size());
     if (!linear_.empty())
         lanes::kernel().linearise(starts_.data(), linear_.data(), count, steps, loads_);
+    else if (!slopes_.empty())
+        lanes::kernel().differentiate(starts_.data(), slopes_.data(), end_slopes_.data(), count, steps);
     else
         lanes::kernel().shoot(starts_.data(), ends_.data(), count, steps);
 }

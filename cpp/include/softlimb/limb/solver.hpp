@@ -50,11 +50,6 @@ Matrix6 tip_compliance(const Geometry& geometry, const Scene& scene, const Shape
 /// and columns of held freedoms are zero. Raises std::runtime_error at a fold.
 Eigen::MatrixXd plate_stiffness(const Geometry& geometry, const Scene& scene, const Shape& shape);
 
-/// Rates of a rod's section (field by field) and rest length with its own parameter, for instance its pressure.
-struct RodSlope {
-    Section section;
-    double rest_length = 0.0;
-};
 /// Response of the tip (dp, dtheta) to the parameter of each rod in turn. Raises std::runtime_error at a fold.
 std::vector<Vector6> tip_response(const Geometry& geometry, const Scene& scene, const Shape& shape,
                                   const std::vector<RodSlope>& slopes);

@@ -87,11 +87,11 @@ private:
     bool regular_ = false;
 };
 
-/// Pieces to be integrated side by side, all linearised or none. Filled, run, cleared; `reserve` makes room once.
+/// Pieces to be integrated side by side, all added in the same way. Filled, run, cleared; `reserve` makes room once.
 class Batch {
 public:
     void reserve(int pieces);
-    void clear() { starts_.clear(), linear_.clear(), ends_.clear(), loads_ = lanes::Loads::none; }
+    void clear();
     void add(const RodPiece& piece, const Pose& base, const Vector6& base_wrench);
     /// With its linearisation.
     void add(const RodPiece& piece, const Pose& base, const Vector6& base_wrench, const lanes::Linear& out) {
@@ -103,6 +103,9 @@ public:
         add(piece, base, base_wrench);
         ends_.push_back({end.pose.position.data(), end.pose.rotation.data(), end.wrench.data()});
     }
+    /// With the derivative of its end, as `end_slope` gives it.
+    void add(const RodPiece& piece, const Pose& base, const Vector6& base_wrench, const Section& section_slope,
+             double length_slope, const Vector3& line_force_slope, EndSlope& end);
     /// Integrates all that was added, `steps` steps of the eighth-order method each.
     void run(int steps) const;
 
@@ -110,6 +113,8 @@ private:
     std::vector<lanes::Start> starts_;
     std::vector<lanes::Linear> linear_;
     std::vector<lanes::End> ends_;
+    std::vector<lanes::Slope> slopes_;
+    std::vector<lanes::EndSlopes> end_slopes_;
     lanes::Loads loads_ = lanes::Loads::none;
 };
 

@@ -98,9 +98,77 @@ struct Pieces {
     }
 };
 
+/// How W pieces change with a parameter each: slopes of the compliances, relative change of length, and of the load.
+struct Parameter {
+    LaneCompliances k;
+    Pack length;  // dL/L
+    V force;      // of n(s) by s: -(df + f dL/L)
+
+    SOFTLIMB_ALWAYS_INLINE Parameter(const Start* starts, const Slope* slopes, int count, const Pieces& p) {
+        k.degree = p.k.degree;
+        k.centre = p.k.centre, k.half_range = p.k.half_range, k.per_range = p.k.per_range;
+        V df;
+        for (int lane = 0; lane < W; ++lane) {
+            const int i = lane < count ? lane : count - 1;
+            const Section &s = *starts[i].section, &d = *slopes[i].section;
+            k.shear.set(lane, -d.shear / (s.shear * s.shear));
+            k.bending.set(lane, -d.bending / (s.bending * s.bending));
+            k.torsion.set(lane, -d.torsion / (s.torsion * s.torsion));
+            k.coupling.set(lane, d.extension_twist), k.rest_twist.set(lane, d.rest_twist);
+            const double* c = &d.axial_law.coefficient.front();
+            for (int j = 0; j <= k.degree; ++j)
+                k.coefficient[j].set(lane, j <= s.axial_law.degree ? c[j] : 0.0);
+            length.set(lane, slopes[i].length / starts[i].length);
+            df.x.set(lane, slopes[i].force[0]), df.y.set(lane, slopes[i].force[1]), df.z.set(lane, slopes[i].force[2]);
+        }
+        force = -(df + length * p.load.force);
+    }
+
+    /// What the rate of the variation has beside that of `vary`: the rate's own change at fixed state, and its stretch.
+    SOFTLIMB_ALWAYS_INLINE Variation<Pack> source(const LaneCompliances& at, const Linearisation<Pack>& y,
+                                                  const V& line_moment) const {
+        const Pack n3 = dot(y.t, y.n), m3 = dot(y.t, y.m);
+        Pack strain, ignored;
+        k.axial(n3, strain, ignored);
+        const V position = k.shear * y.n + (strain + k.coupling * m3 - k.shear * n3) * y.t;
+        const Pack twist = k.rest_twist + k.coupling * n3 + (k.torsion - k.bending) * m3;
+        const Pack spin = at.rest_twist + at.coupling * n3 + (at.torsion - at.bending) * m3;
+        return {position + length * y.velocity,
+                k.bending * y.m + twist * y.t + length * (at.bending * y.m + spin * y.t),
+                cross(y.n, position) + length * (cross(y.n, y.velocity) - line_moment)};
+    }
+};
+
+/// One step of one variation, whose rate at a stage is `rate(stage, rotation, moment)`.
+template <class Rate>
+SOFTLIMB_ALWAYS_INLINE void advance_column(Variation<Pack>& z, const Pack& h, Rate&& rate) {
+    Variation<Pack> dz[stages];
+    const Variation<Pack> from = z;
+    unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
+        constexpr int i = stage;
+        V rotation = from.rotation, moment = from.moment;
+        unrolled<0, i>([&](auto before) SOFTLIMB_LAMBDA_INLINE {
+            constexpr int j = before;
+            if constexpr (Method::a[i][j] != 0.0) {
+                const Pack w(Method::a[i][j]);
+                rotation += w * dz[j].rotation, moment += w * dz[j].moment;
+            }
+        });
+        const Variation<Pack> d = rate(stage, rotation, moment);
+        dz[i] = {h * d.position, h * d.rotation, h * d.moment};
+    });
+    unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
+        constexpr int i = stage;
+        if constexpr (Method::b[i] != 0.0) {
+            const Pack w(Method::b[i]);
+            z.position += w * dz[i].position, z.rotation += w * dz[i].rotation, z.moment += w * dz[i].moment;
+        }
+    });
+}
+
 /// Advances the pieces and `columns` variations, of which the first three are those of the base force. Not inlined: its
-/// name is this instruction set's own, and compiled once it is compiled fast.
-void advance(Pieces& p, int steps, Variation<Pack>* z, int columns) {
+/// name is this instruction set's own, and compiled once it is compiled fast. With a parameter there is one column, its own.
+void advance(Pieces& p, int steps, Variation<Pack>* z, int columns, const Parameter* parameter = nullptr) {
     const LaneCompliances& k = p.k;
     const Pack h = p.length * Pack(1.0 / steps);
     RodState<Pack> dy[stages];
@@ -130,31 +198,18 @@ void advance(Pieces& p, int steps, Variation<Pack>* z, int columns) {
         });
         // Column by column: the twelve stages of one fit the registers and the nearest cache.
         for (int c = 0; c < columns; ++c) {
-            Variation<Pack> dz[stages];
-            const Variation<Pack> from = z[c];
             const V force{Pack(c == 0 ? 1.0 : 0.0), Pack(c == 1 ? 1.0 : 0.0), Pack(c == 2 ? 1.0 : 0.0)};
-            unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
-                constexpr int i = stage;
-                V rotation = from.rotation, moment = from.moment;
-                unrolled<0, i>([&](auto before) SOFTLIMB_LAMBDA_INLINE {
-                    constexpr int j = before;
-                    if constexpr (Method::a[i][j] != 0.0) {
-                        const Pack w(Method::a[i][j]);
-                        rotation += w * dz[j].rotation, moment += w * dz[j].moment;
-                    }
-                });
-                const Variation<Pack> d = vary(k, linear[i], rotation, moment, force);
-                dz[i] = {h * d.position, h * d.rotation, h * d.moment};
-            });
-            unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
-                constexpr int i = stage;
-                if constexpr (Method::b[i] != 0.0) {
-                    const Pack w(Method::b[i]);
-                    z[c].position += w * dz[i].position, z[c].rotation += w * dz[i].rotation;
-                    z[c].moment += w * dz[i].moment;
-                }
+            advance_column(z[c], h, [&](auto stage, const V& rotation, const V& moment) SOFTLIMB_LAMBDA_INLINE {
+                return vary(k, linear[stage], rotation, moment, force);
             });
         }
+        if (parameter != nullptr)
+            advance_column(*z, h, [&](auto stage, const V& rotation, const V& moment) SOFTLIMB_LAMBDA_INLINE {
+                const V force = (h * Pack(step + Method::c[stage])) * parameter->force;
+                const Variation<Pack> v = vary(k, linear[stage], rotation, moment, force);
+                const Variation<Pack> s = parameter->source(k, linear[stage], p.load.moment);
+                return Variation<Pack>{v.position + s.position, v.rotation + s.rotation, v.moment + s.moment};
+            });
         p.n = p.n - h * p.load.force;
     }
     p.y.tangent = normalised(p.y.tangent);
@@ -425,6 +480,25 @@ void shoot(const Start* starts, const End* ends, int count, int steps) {
     }
 }
 
+void differentiate(const Start* starts, const Slope* slopes, const EndSlopes* out, int count, int steps) {
+    const Pack zero(0.0);
+    for (int first = 0; first < count; first += W) {
+        const int here = count - first < W ? count - first : W;
+        Pieces p(starts + first, here);
+        const Parameter parameter(starts + first, slopes + first, here, p);
+        const V nothing{zero, zero, zero};
+        Variation<Pack> z{nothing, nothing, nothing};
+        advance(p, steps, &z, 0, &parameter);
+        const V force = p.length * parameter.force;
+        for (int lane = 0; lane < here; ++lane) {
+            put(out[first + lane].pose, z.position, lane);
+            put(out[first + lane].pose + 3, z.rotation, lane);
+            put(out[first + lane].wrench, force, lane);
+            put(out[first + lane].wrench + 3, z.moment, lane);
+        }
+    }
+}
+
 void linearise(const Start* starts, const Linear* out, int count, int steps, Loads loads) {
     for (int first = 0; first < count; first += W) {
         const int here = count - first < W ? count - first : W;
@@ -435,6 +509,6 @@ void linearise(const Start* starts, const Linear* out, int count, int steps, Loa
 }  // namespace
 
 extern const Kernel kernel;
-const Kernel kernel{SOFTLIMB_INSTRUCTION_SET_NAME, W, &shoot, &linearise};
+const Kernel kernel{SOFTLIMB_INSTRUCTION_SET_NAME, W, &shoot, &differentiate, &linearise};
 
 }  // namespace softlimb::rod::lanes::SOFTLIMB_INSTRUCTION_SET

@@ -41,16 +41,33 @@ struct Linear {
     bool* regular;             // finite, and the inverse exists
 };
 
-/// Which base rotations need an integration of their own beside the six columns of the base wrench.
+/// How a piece changes with a parameter: section field by field (of the axial law the coefficients), rest length, and
+/// load per rest length; base pose and base wrench stay.
+struct Slope {
+    const Section* section;
+    double length;
+    double force[3];
+};
+
+/// Where the derivative of the end goes.
+struct EndSlopes {
+    double* pose;    // (dp, dtheta), 6
+    double* wrench;  // 6
+};
+
+/// How a set of pieces is loaded, hence which base rotations need an integration of their own beside the six columns of
+/// the base wrench: without load none (turn base and wrench together and the piece turns with them), with a dead force
+/// those across it, else all three.
 enum class Loads { none, force, any };
 
-/// How a set of pieces is loaded: without load the rotations follow from the wrench (turn base and wrench together and
-/// the piece turns with them); with a dead force only the turn about the force does.
+/// The functions of one instruction set.
 struct Kernel {
     const char* instruction_set;
     int lanes;
     /// Ends of `count` pieces, `steps` steps each.
     void (*shoot)(const Start* starts, const End* ends, int count, int steps);
+    /// Derivatives of the ends to one parameter a piece.
+    void (*differentiate)(const Start* starts, const Slope* slopes, const EndSlopes* out, int count, int steps);
     /// Ends and linearisations.
     void (*linearise)(const Start* starts, const Linear* out, int count, int steps, Loads loads);
 };
