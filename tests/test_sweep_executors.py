@@ -7,6 +7,7 @@ import os
 import signal
 import threading
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -38,15 +39,17 @@ class Here(Executor):
     def __init__(self, fail=lambda number, task, pressures: None):
         self.fail = fail
         self.first = []  # first pressure of every chunk, in the order in which they came
+        self.labels = []
         self.ended = False
 
-    def submit(self, task, pressures):
+    def submit(self, task, pressures, label):
         self.first.append(float(pressures[0, 0]))
+        self.labels.append(label)
         future = Future()
         future.set_running_or_notify_cancel()
         try:
             instead = self.fail(len(self.first) - 1, task, pressures)
-            future.set_result(task(pressures) if instead is None else instead)
+            future.set_result(task(pressures, label) if instead is None else instead)
         except Exception as error:
             future.set_exception(error)
         return future
@@ -86,19 +89,25 @@ def test_a_pool_of_processes_finds_the_same_bits(pool, ordered: bool) -> None:
     assert pool.submit(os.getpid).result() != os.getpid()  # and it is still there for others
 
 
+@dataclass(frozen=True)
 class Killer:
-    """A task that kills its worker when it first comes to certain chunks, told by the pressure of their first rows."""
+    """A task that kills its worker, or fails, when it first comes to certain chunks; the first rows' pressures tell."""
 
-    def __init__(self, task, firsts, folder, always=()):
-        self.task, self.firsts, self.folder, self.always = task, firsts, folder, always
+    task: object
+    folder: str
+    firsts: tuple[float, ...]
+    always: tuple[float, ...] = ()
+    failing: tuple[float, ...] = ()
 
-    def __call__(self, pressures):
+    def __call__(self, pressures, label):
         first = float(pressures[0, 0])
         marker = Path(self.folder) / f"{first!r}.died"
-        if first in self.always or (first in self.firsts and not marker.exists()):
+        if first in self.always or (first in self.firsts + self.failing and not marker.exists()):
             marker.open("a", encoding="utf-8").close()
+            if first in self.failing:
+                raise Broken("the line was cut")
             os.kill(os.getpid(), signal.SIGKILL)
-        return self.task(pressures)
+        return self.task(pressures, label)
 
 
 class KillingPool(ProcessPoolExecutor):
@@ -106,11 +115,10 @@ class KillingPool(ProcessPoolExecutor):
 
     def __init__(self, folder, firsts, always=()):
         super().__init__(2, mp_context=SPAWN, initializer=use_known_rows)
-        self.given = folder, firsts, always
+        self.given = str(folder), firsts, always
 
-    def submit(self, task, pressures):
-        folder, firsts, always = self.given
-        return super().submit(Killer(task, firsts, folder, always), pressures)
+    def submit(self, task, *arguments):
+        return super().submit(Killer(task, *self.given), *arguments)
 
 
 def test_a_worker_that_dies_once_costs_nothing(here, tmp_path) -> None:
@@ -187,14 +195,15 @@ def test_a_result_that_does_not_arrive_is_asked_for_again(here, known_rows) -> N
         if number == 7:
             return "nonsense"
         if number == 8:
-            return type(task(pressures))(rows.Rows.not_run(1, 1), "a build")  # too few rows
+            return type(task(pressures, ""))(rows.Rows.not_run(1, 1), "a build")  # too few rows
         if number == 9:
-            return type(task(pressures))(rows.Rows.not_run(len(pressures), 1), "a build")  # it was interrupted
+            return type(task(pressures, ""))(rows.Rows.not_run(len(pressures), 1), "a build")  # it was interrupted
         return None
 
     executor = Here(fail)
     assert same_bits(swept(executor), here)
     assert len(executor.first) == 50 + 6
+    assert len({*executor.labels}) == 56  # no scheduler may take two attempts for one
 
 
 def test_a_chunk_that_never_arrives_is_not_run_and_says_why(here) -> None:
@@ -225,10 +234,10 @@ def test_an_executor_that_breaks_for_good_leaves_the_rest_to_this_process(here, 
 
 def test_an_executor_that_takes_nothing_more_counts_as_broken(here) -> None:
     class Closed(Here):
-        def submit(self, task, pressures):
+        def submit(self, task, pressures, label):
             if len(self.first) == 5:
                 raise RuntimeError("cannot schedule new futures after shutdown")
-            return super().submit(task, pressures)
+            return super().submit(task, pressures, label)
 
     with pytest.warns(RuntimeWarning, match="the executor broke, 90 rows are solved in this process"):
         assert same_bits(swept(Closed()), here)
@@ -288,7 +297,7 @@ def test_a_full_disk_is_no_fault_of_the_workers(known_rows, tmp_path, monkeypatc
 
 def test_rows_of_workers_with_another_build_are_named(known_rows) -> None:
     def fail(number, task, pressures):
-        solved = task(pressures)
+        solved = task(pressures, "")
         return type(solved)(solved.rows, "softlimb elsewhere") if number == 3 else None
 
     with pytest.warns(RuntimeWarning, match="solved by different builds, whose bits may differ: softlimb elsewhere"):
@@ -337,14 +346,13 @@ def test_a_sweep_may_run_outside_the_main_thread(here) -> None:
 
 
 class DaskKilling(Executor):
-    """An executor of Dask some of whose tasks kill their worker."""
+    """An executor of Dask some of whose tasks kill their worker, or fail."""
 
-    def __init__(self, inner, folder, firsts):
-        self.inner, self.given = inner, (folder, firsts)
+    def __init__(self, inner, *given):
+        self.inner, self.given = inner, given
 
-    def submit(self, task, pressures):
-        folder, firsts = self.given
-        return self.inner.submit(Killer(task, firsts, folder), pressures)
+    def submit(self, task, *arguments):
+        return self.inner.submit(Killer(task, *self.given), *arguments)
 
 
 # Clusters warn of their own affairs when workers come and go (closed streams, event loops).
@@ -353,17 +361,19 @@ def test_a_cluster_of_dask_finds_the_same_bits_and_survives_a_worker(tmp_path) -
     distributed = pytest.importorskip("distributed")
     limb, pressures = small_limb(), some_pressures(64)
     options = {"progress": False, "gravity": (0.0, 0.0, 9.81)}
+    import dask
+
     with (
-        distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster,
+        # How long a result is waited for whose worker has died: half a minute if not told.
+        dask.config.set({"distributed.comm.timeouts.connect": "2s"}),
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster,
         distributed.Client(cluster) as client,
     ):
         there = limb.sweep(pressures, executor=client.get_executor(), **options)
-        killed = limb.sweep(
-            pressures,
-            executor=DaskKilling(client.get_executor(), str(tmp_path), (float(pressures[30, 0]),)),
-            file=tmp_path / "a",
-            **options,
-        )
-    assert len(list(tmp_path.glob("*.died"))) == 1
+        kills, fails = float(pressures[30, 0]), float(pressures[50, 0])
+        executor = DaskKilling(client.get_executor(), str(tmp_path), (kills,), (), (fails,))
+        killed = limb.sweep(pressures, executor=executor, file=tmp_path / "a", **options)
+        client.wait_for_workers(2, timeout=60)  # a cluster that closes while it makes a worker anew takes half a minute
+    assert len(list(tmp_path.glob("*.died"))) == 2
     here = limb.sweep(pressures, **options)
     assert same_bits(there, here) and same_bits(killed, here)

@@ -204,7 +204,7 @@ class Batch:
     @property
     def failures(self) -> dict[int, str]:
         """Row number to message of every row that did not succeed."""
-        return {row: self.message[row] for row in np.flatnonzero(~self.success).tolist()}
+        return dict(self.as_messages().at(np.flatnonzero(~self.success)))
 
     @property
     def remarks(self) -> NDArray[np.int64]:

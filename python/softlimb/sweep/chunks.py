@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import uuid
 from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import (
@@ -94,8 +95,11 @@ class Task:
     threads: int
     ordered: bool
 
-    def __call__(self, pressures: NDArray[np.float64]) -> Solved | ValueError | TypeError:
-        """Solve; what the limb refuses comes back as a value, so that every exception speaks of the way there."""
+    def __call__(self, pressures: NDArray[np.float64], label: str) -> Solved | ValueError | TypeError:
+        """Solve; what the limb refuses comes back as a value, so that every exception speaks of the way there.
+
+        The label is another one for each attempt: Dask takes equal calls for one, and its failure for that of both.
+        """
         try:
             found = rows.solve_rows(
                 self.limb, pressures, threads=self.threads, ordered=self.ordered, tick=lambda _: True, **self.scene
@@ -215,7 +219,7 @@ def run_chunks(
     RuntimeError
         The executor never returned anything.
     """
-    executors = _Executors(given)
+    executors, run = _Executors(given), uuid.uuid4().hex
     executors.ready()  # what goes wrong here is the caller's to see as it is
     waiting, suspects, lost = deque(chunks), deque[Chunk](), list[Chunk]()
     running: dict[Future[Any], Chunk] = {}
@@ -229,7 +233,9 @@ def run_chunks(
         queue = suspects if alone else waiting
         window = 1 if alone else 2 * int(getattr(executor, "_max_workers", 0) or _WINDOW // 2)
         while queue and len(running) < window:
-            running[executor.submit(task, pressures[queue[0].first : queue[0].stop])] = queue[0]
+            chunk = queue[0]
+            label = f"{run}, row {chunk.first}, attempt {chunk.attempts}"
+            running[executor.submit(task, pressures[chunk.first : chunk.stop], label)] = chunk
             queue.popleft()
 
     def outcome(future: Future[Any], chunk: Chunk) -> Solved | Exception:

@@ -197,7 +197,10 @@ class Statuses(_Texts):
         return int(np.count_nonzero(self.are(value))) if isinstance(value, str) else 0
 
     def _block(self, first: int, stop: int) -> list[str]:
-        known = {code: _KNOWN.get(code) or code.decode() for code in np.unique(self.codes[first:stop]).tolist()}
+        known = {
+            code: _KNOWN.get(code) or code.decode("ascii", "replace")
+            for code in np.unique(self.codes[first:stop]).tolist()
+        }
         return [known[code] for code in self.codes[first:stop].tolist()]
 
 
@@ -249,6 +252,13 @@ class Messages(_Texts):
             for row, text in zip(self.rows[low:high].tolist(), self.source.read(low, high), strict=True):
                 texts[row - first] = text
         return texts
+
+    def at(self, rows: NDArray[np.int64]) -> Iterator[tuple[int, str]]:
+        """Rows, rising, with their messages."""
+        blocks, starts = np.unique(rows // _BLOCK, return_index=True)
+        for block, mine in zip(blocks.tolist(), np.split(rows, starts[1:]), strict=True):
+            texts = self[block * _BLOCK : (block + 1) * _BLOCK]
+            yield from ((row, texts[row - block * _BLOCK]) for row in mine.tolist())
 
     def own(self) -> Iterator[tuple[int, str]]:
         """Rows with a message of their own, with it."""

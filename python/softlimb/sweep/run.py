@@ -65,7 +65,7 @@ def sweep(
     given = _pressure_rows(limb, pressures)
     if file is not None:
         return _sweep_to_file(work, given, file_path("file", file))
-    table = MemoryTable(given.copy() if given is pressures else given, len(limb.segments))
+    table = MemoryTable(given.copy(), len(limb.segments))
     work.fill(table)
     _require_one_valid(table.messages())
     return work.batch_of(table)
