@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from softlimb import scenes
+from softlimb import Batch, rows, scenes
 from softlimb.cli import main
+from sweep_examples import KnownRows
 
 
 def columns_of(path: Path) -> dict[str, list[str]]:
@@ -201,6 +202,11 @@ def test_sweeps_and_measured_tips_have_the_same_columns(tmp_path: Path, capsys) 
         (["posture", "complex-posture", "--pressures-kPa", *["nan"] * 9], "--pressures-kPa must be finite"),
         (["posture", "complex-posture", "--tolerance", "0"], "--tolerance must be within (0, 1)"),
         (["posture", "complex-posture", "--output", "nowhere/at/all.png"], "nowhere/at/all.png"),
+        (["sweep", "bend-1", "--threads", "0"], "threads must be a whole number of at least 1"),
+        (["sweep", "bend-1", "--threads", "1.5"], "--threads: invalid int value: '1.5'"),
+        (["sweep", "bend-1", "--file", "."], "--file: expected the name of a file, '.' is a folder"),
+        (["sweep", "bend-1", "--file", "nowhere/rows"], "there is no folder nowhere"),
+        (["sweep", "bend-1", "--file", __file__], "is no sweep of softlimb"),
         (["compare", "complex-posture", "nowhere.csv"], "there is no file nowhere.csv"),
         (["compare", "complex-posture", "x.csv", "--column", "a"], "--column must be NAME=THEIRS"),
     ],
@@ -348,23 +354,40 @@ def test_long_sweeps_are_shortened_on_the_terminal_and_whole_in_the_file(tmp_pat
     assert len(columns_of(table)["status"]) == 100
 
 
+THOUSAND = "[[scene.sweep]]\nactuators = [[1, 1]]\nfrom_kPa = 1\nto_kPa = 11\npoints = 1000\n"
+
+
 def test_an_interrupted_sweep_says_so_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
-    from softlimb.limb import Limb
-
-    solve, calls = Limb.solve, []
-
-    def interrupted(*arguments, **options):
-        calls.append(None)
-        if len(calls) > 3:
-            raise KeyboardInterrupt
-        return solve(*arguments, **options)
-
-    monkeypatch.setattr(Limb, "solve", interrupted)
-    text = "[[scene.sweep]]\nactuators = [[1, 1]]\nfrom_kPa = 0\nto_kPa = 10\npoints = 1000\n"
-    assert main(["sweep", scene_file(tmp_path, text), "--no-progress"]) == 130
+    monkeypatch.setattr(rows, "solve_rows", KnownRows(stop_at=float(np.linspace(1e3, 11e3, 1000)[3])))
+    table = tmp_path / "a.csv"
+    assert main(["sweep", scene_file(tmp_path, THOUSAND), "--no-progress", "--table", str(table)]) == 130
     said = capsys.readouterr().out
     assert "interrupted: 997 of 1000 rows were not run" in said
     assert said.count("\n") < 50
+    assert columns_of(table)["status"][2:4] == ["converged", "not_run"]  # what is done is kept
+
+
+def test_the_same_command_goes_on_with_the_file_of_an_interrupted_sweep(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    solver = KnownRows(stop_at=float(np.linspace(1e3, 11e3, 1000)[300]))
+    monkeypatch.setattr(rows, "solve_rows", solver)
+    file, scene = tmp_path / "rows", scene_file(tmp_path, THOUSAND)
+    command = ["sweep", scene, "--no-progress", "--threads", "2", "--ordered", "--file", str(file)]
+    assert main(command) == 130
+    said = capsys.readouterr().out
+    assert f"file: {file} (the same command goes on with it)" in said
+    assert "interrupted: 700 of 1000 rows were not run" in said
+    solver.stop_at, solver.solved = None, []
+    assert main(command) == 0
+    said = capsys.readouterr().out
+    assert said.endswith(f"file: {file}\n") and "1000 postures, 1000 successful" in said
+    assert len(solver.solved) == 712  # from row 288 on, where a group starts
+    assert Batch.load(file).build in said
+    assert main([*command, "--tolerance", "1e-4"]) == 2
+    assert f"file {file} holds a sweep with tolerance 1e-06, not 0.0001" in capsys.readouterr().err
+    assert main(["sweep", scene, "--no-progress", "--file", str(file)]) == 2
+    assert "holds a sweep with ordered True, not False" in capsys.readouterr().err
 
 
 def test_a_reader_that_leaves_early_gets_no_complaint(tmp_path: Path) -> None:

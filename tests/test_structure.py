@@ -34,6 +34,7 @@ PYTHON_ORDER = [
     ["limb"],
     ["presets"],
     ["scenes"],
+    ["rows"],
     ["payload", "sweep"],
     ["measured"],
     ["plot"],
@@ -41,6 +42,13 @@ PYTHON_ORDER = [
     ["cli"],
 ]
 # Doors: methods that hand over to a module further right, so that users find them on the object. Imported when called.
+# The same inside the package of sweeps.
+SWEEP_ORDER = [
+    *("pose_angles", "row_table", "record", "message_blocks", "file_layout", "sweep_file", "batch", "chunks", "run"),
+    "__init__",
+]
+SWEEP_DOORS = {("batch", "run")}  # Batch.resume
+
 DOORS = {
     ("tube", "limb"),  # Tube.rod
     ("limb", "scenes"),  # Limb.from_toml, Limb.to_toml
@@ -115,8 +123,18 @@ def test_imports_point_one_way():
     assert not wrong
 
 
+def test_imports_point_one_way_inside_the_package_of_sweeps():
+    rank = {name: place for place, name in enumerate(SWEEP_ORDER)}
+    assert sorted(path.stem for path in PACKAGE.glob("sweep/*.py")) == sorted(SWEEP_ORDER)
+    for path in PACKAGE.glob("sweep/*.py"):
+        text = path.read_text(encoding="utf-8")
+        for used in re.findall(r"^\s*from softlimb\.sweep\.(\w+) import", text, re.MULTILINE):
+            assert rank[used] < rank[path.stem] or (path.stem, used) in SWEEP_DOORS, f"{path.name} imports {used}"
+        assert not re.search(r"^\s*from softlimb\.sweep import", text, re.MULTILINE), path.name
+
+
 def test_importing_the_package_loads_no_heavy_library():
-    heavy = ["matplotlib", "scipy", "xarray", "pandas", "tqdm", "netCDF4"]
+    heavy = ["matplotlib", "scipy", "xarray", "pandas", "tqdm", "netCDF4", "distributed"]
     code = f"import softlimb, sys; print([name for name in {heavy} if name in sys.modules])"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"

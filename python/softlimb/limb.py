@@ -29,7 +29,9 @@ from softlimb.posture import Posture, RodPosture, Verification
 from softlimb.tube import SECTION_MODELS, VALVES, SectionModel, Tube, Valve
 
 if TYPE_CHECKING:
+    import os
     import pathlib
+    from concurrent.futures import Executor
 
     from softlimb.payload import Payload
     from softlimb.sweep import Batch
@@ -592,17 +594,76 @@ class Limb:
             first,
         )
 
-    def sweep(self, pressures: ArrayLike, *, progress: bool = True, **scene: Any) -> Batch:
-        """Solve one posture a row of pressures, shape (N, A) [Pa]; loads and options as for `solve`.
+    def sweep(
+        self,
+        pressures: ArrayLike,
+        *,
+        threads: int | None = None,
+        executor: Executor | Callable[[], Executor] | None = None,
+        progress: bool = True,
+        ordered: bool = False,
+        file: str | os.PathLike[str] | None = None,
+        **scene: Any,
+    ) -> Batch:
+        """Solve one posture for each row of pressures.
+
+        A row depends on itself alone: its bits are the same for any number of threads or workers, any order of the
+        rows, and whether or not the sweep was interrupted; of one build and instruction set, which the batch records.
+
+        Parameters
+        ----------
+        pressures : array_like, shape (N, A) or (N, J, n)
+            Gauge pressures [Pa], flat order.
+        threads : int, optional
+            How many rows are solved at once. Default: all cores that this process may use; with an executor, one a
+            worker.
+        executor : concurrent.futures.Executor, or a callable that makes one, optional
+            Who works in place of this process: a pool of processes, ``client.get_executor()`` of Dask, mpi4py's
+            ``MPIPoolExecutor``. A chunk of rows that dies with its worker is tried three times; rows that still fail
+            have status "not_run" and the reason. A pool that breaks is followed by a new one where there is a way to
+            one (a callable, or a `ProcessPoolExecutor`); otherwise this process solves the rest, and a RuntimeWarning
+            says so.
+        progress : bool
+            Show a progress bar when tqdm is installed.
+        ordered : bool
+            Let each row start from the posture of the one before, in groups of 32 rows, the first of which starts by
+            itself: for rows that are neighbours on a path, faster, and on the path's side of two stable postures.
+        file : str or path, optional
+            Where the rows go as they are solved: a million take little memory, and a sweep that is killed goes on from
+            its file when it is called again. The finished file is the same bit for bit.
+        **scene
+            Loads and options of `solve`, the same for all rows.
 
         Returns
         -------
         Batch
-            Arrays with one row a posture, failures by row.
+            Arrays with one row a posture, failures by row. Ctrl-C keeps the rows done so far, and `Batch.resume` solves
+            the others. With ``file``, views of the file.
+
+        Raises
+        ------
+        ValueError
+            Pressures of a wrong shape, not finite or not real numbers; loads that `solve` refuses; ``threads`` below 1;
+            a file that is no sweep, or that of another limb, scene, tolerance or other pressures.
+        TypeError
+            ``executor`` is none, ``file`` is no path, or `solve` has no such option.
+        OSError
+            The file cannot be written, or another process is filling it.
+        RuntimeError
+            The executor never returned anything.
         """
         from softlimb.sweep import sweep
 
-        return sweep(self, pressures, progress=progress, **scene)
+        return sweep(
+            self,
+            pressures,
+            threads=threads,
+            executor=executor,
+            progress=progress,
+            ordered=ordered,
+            file=file,
+            **scene,
+        )
 
     def payload(
         self,

@@ -435,7 +435,14 @@ def calls() -> list[Call]:
             column.payload,
             {"direction": (1.0, 0.0, 0.0), "max_force": 0.2, "max_deflection": 0.01, "gravity": (0.0, 0.0, 9.81)},
         ),
-        Call("Limb.sweep", limb.sweep, {"pressures": np.zeros((2, 3)), "progress": False, "tip_force": vector}),
+        Call(
+            "Limb.sweep",
+            limb.sweep,
+            {
+                "pressures": np.zeros((2, 3)), "progress": False, "tip_force": vector, "threads": 2, "ordered": True,
+                "executor": None,
+            },
+        ),
         Call(
             "Rod.cantilever",
             rod.cantilever,

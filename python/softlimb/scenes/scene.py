@@ -215,17 +215,22 @@ class Scene:
             raise ValueError("the scene has no pressures: add `pressures_kPa` to [scene], or give them")
         return self.limb.solve(self.pressures if pressures is None else pressures, **loads)
 
-    def sweep(self, *, progress: bool = True) -> Batch:
+    def sweep(self, **options: Any) -> Batch:
         """One posture for each combination of the sweep's ranges.
+
+        Parameters
+        ----------
+        **options
+            ``threads``, ``executor``, ``progress``, ``ordered``, ``file`` of `Limb.sweep`.
 
         Raises
         ------
         ValueError
-            The scene has no ranges.
+            The scene has no ranges; or as `Limb.sweep`.
         """
         from softlimb.sweep import sweep
 
-        return sweep(self.limb, self.sweep_pressures(), progress=progress, **self.solve_options())
+        return sweep(self.limb, self.sweep_pressures(), **self.solve_options() | options)
 
     def sweep_pressures(self) -> NDArray[np.float64]:
         """Pressures of the sweep [Pa], shape (N, A): the last range runs fastest.
