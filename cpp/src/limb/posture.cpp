@@ -134,7 +134,7 @@ Vector3 slope_at(const Section& section, const Vector3& tangent, const Vector3& 
 
 /// Points of rod i's centreline at equal steps of rest length, both ends included: a cubic between points of the rod so
 /// near each other that it errs by less than 1e-4 of a rod.
-void centreline(const Posture& posture, int i, int points, std::vector<Knot>& knots, Vector3* out) {
+void centreline(const Posture& posture, int i, int points, std::vector<Knot>& knots, double* x, double* y, double* z) {
     const RodShape& rod = posture.solution.shape.rods[i];
     const Section& section = posture.scene.rods[i].section;
     const rod::RodPiece piece{&section, posture.scene.rods[i].rest_length / rod.elements(), posture.scene.line_load(i)};
@@ -146,19 +146,26 @@ void centreline(const Posture& posture, int i, int points, std::vector<Knot>& kn
     for (int e = 0; e < rod.elements(); ++e) {
         const Vector3 n = rod.wrenches[e].head<3>(), m = rod.wrenches[e].tail<3>();
         add(e * piece.length, rod.nodes[e], n, m);
-        constexpr double largest_bend = 0.5;  // [rad] between two knots; to the fourth power over 384: 1.6e-4 of them
+        // A cubic errs by a 384th of the fourth derivative: bend (bend^2 + tension l^2/EI), of the distance of two
+        // knots.
+        constexpr double allowed = 0.25;  // of a rod's quarter: 1.6e-4 of the rod
         constexpr int most = 16;
-        const double bend = piece.length * (m.norm() / section.bending + std::sqrt(n.norm() / section.bending));
-        const int parts = static_cast<int>(std::clamp(std::ceil(bend / largest_bend), 1.0, static_cast<double>(most)));
+        const double largest = std::max(m.norm(), rod.wrenches[std::min(e + 1, rod.elements() - 1)].tail<3>().norm());
+        const double bend = piece.length * largest / section.bending;
+        const double growth = piece.length * piece.length * n.norm() / section.bending;
+        const double error = bend * (bend * bend + growth);
+        int parts = 1;
+        while (parts < most && error > allowed * parts * parts * parts) ++parts;
         if (parts > 1) {
             std::array<double, most> fractions;
             std::array<rod::EndState, most> states;
             for (int k = 1; k < parts; ++k) fractions[k - 1] = static_cast<double>(k) / parts;
             rod::states_along(piece, rod.nodes[e], rod.wrenches[e], rod.integration, fractions.data(), parts - 1,
                               states.data());
-            for (int k = 1; k < parts; ++k)
-                add((e + fractions[k - 1]) * piece.length, states[k - 1].pose, states[k - 1].wrench.head<3>(),
-                    states[k - 1].wrench.tail<3>());
+            for (int k = 1; k < parts; ++k) {
+                const auto& [pose, wrench] = states[k - 1];
+                add((e + fractions[k - 1]) * piece.length, pose, wrench.head<3>(), wrench.tail<3>());
+            }
         }
     }
     // Without a distributed moment the axial moment stays what it was.
@@ -175,25 +182,11 @@ void centreline(const Posture& posture, int i, int points, std::vector<Knot>& kn
         while (at + 2 < knots.size() && s > knots[at + 1].s) ++at;
         const Knot &a = knots[at], &b = knots[at + 1];
         const double h = b.s - a.s, u = (s - a.s) / h, v = 1.0 - u;
-        out[k] = v * v * ((1.0 + 2.0 * u) * a.position + (u * h) * a.slope) +
-                 u * u * ((1.0 + 2.0 * v) * b.position - (v * h) * b.slope);
+        const Vector3 point = v * v * ((1.0 + 2.0 * u) * a.position + (u * h) * a.slope) +
+                              u * u * ((1.0 + 2.0 * v) * b.position - (v * h) * b.slope);
+        x[k] = point.x(), y[k] = point.y(), z[k] = point.z();
     }
 }
-
-/// A ball around a stretch of curve.
-struct Ball {
-    Vector3 centre;
-    double radius;
-};
-
-Ball ball_around(const Vector3* points, int count) {
-    Ball ball{0.5 * (points[0] + points[count - 1]), 0.0};
-    for (int k = 0; k < count; ++k) ball.radius = std::max(ball.radius, (points[k] - ball.centre).squaredNorm());
-    ball.radius = std::sqrt(ball.radius);
-    return ball;
-}
-
-double gap_between(const Ball& a, const Ball& b) { return (a.centre - b.centre).norm() - a.radius - b.radius; }
 
 /// Closest approach of two segments of centreline, s and t from 0 to 1 along them.
 struct Approach {
@@ -210,16 +203,29 @@ Approach closest(const Vector3& p0, const Vector3& u, const Vector3& q0, const V
     return {(w + s * u - t * v).norm(), s, t};
 }
 
-/// A tube as clearance sees it: a polygon of `pieces` edges, in blocks of eight.
+struct Ball {
+    Vector3 centre;
+    double radius;
+};
+
+/// A tube as clearance sees it: a polygon of `pieces` edges, in whole blocks, with balls around all of it and each.
 struct TubeCurve {
     static constexpr int block = 8;
     int segment = 0, pieces = 0;
-    double radius = 0.0, longest = 0.0;  // of the tube, and of an edge
-    const Vector3* point = nullptr;
+    double radius = 0.0, longest = 0.0;                     // of the tube; of an edge
+    const double *x = nullptr, *y = nullptr, *z = nullptr;  // of the points
     Ball ball;
     std::vector<Ball> blocks;
 
-    Vector3 edge(int i) const { return point[i + 1] - point[i]; }
+    Ball ball_around(int from, int to) const {
+        Ball around{0.5 * (point(from) + point(to)), 0.0};
+        for (int i = from; i <= to; ++i)
+            around.radius = std::max(around.radius, (point(i) - around.centre).squaredNorm());
+        around.radius = std::sqrt(around.radius);
+        return around;
+    }
+    Vector3 point(int i) const { return {x[i], y[i], z[i]}; }
+    Vector3 edge(int i) const { return point(i + 1) - point(i); }
 };
 
 /// Does the distance fall where the curve goes on from one end of an edge (where = 0 or 1)? `away` points from the
@@ -231,53 +237,68 @@ bool falls_beyond(const TubeCurve& curve, int edge, double where, const Vector3&
     return false;
 }
 
-void compare(const TubeCurve& a, const TubeCurve& b, int number_a, int number_b, Clearance& best) {
-    const double radii = a.radius + b.radius;
-    if (gap_between(a.ball, b.ball) - radii >= best.gap) return;
+/// Approach of one edge of each of two tubes, if it is one of the whole tubes and closer than the best.
+void compare_edges(const std::vector<TubeCurve>& curves, int a, int b, int i, int k, Clearance& best) {
+    const TubeCurve &first = curves[a], &second = curves[b];
+    const Vector3 p = first.point(i), q = second.point(k), u = first.edge(i), v = second.edge(k);
+    const Approach near = closest(p, u, q, v);
+    const double gap = near.distance - first.radius - second.radius;
+    if (gap >= best.gap) return;
+    const Vector3 apart = p + near.s * u - q - near.t * v;
+    // A neighbouring edge comes closer still: it will speak for itself, or it leads to an end that does not count.
+    if (falls_beyond(first, i, near.s, apart) || falls_beyond(second, k, near.t, -apart)) return;
+    const double s = (i + near.s) / first.pieces, t = (k + near.t) / second.pieces;
+    const bool at_end = s <= 0.0 || s >= 1.0 || t <= 0.0 || t >= 1.0;
+    if (at_end && first.segment != second.segment) return;
+    best = {gap, a, b, s, t};
+}
+
+void compare(const std::vector<TubeCurve>& curves, int a, int b, Clearance& best) {
+    const TubeCurve &first = curves[a], &second = curves[b];
+    const double radii = first.radius + second.radius;
+    // Distances from which on nothing can come closer than the best; negative where nothing at all can.
+    const auto beyond = [&](double balls) { return best.gap + radii + balls; };
+    const auto farther = [](const Vector3& p, const Vector3& q, double limit) {
+        return limit < 0.0 || (p - q).squaredNorm() >= limit * limit;
+    };
     constexpr int block = TubeCurve::block;
-    for (std::size_t x = 0; x < a.blocks.size(); ++x)
-        for (std::size_t y = 0; y < b.blocks.size(); ++y) {
-            if (gap_between(a.blocks[x], b.blocks[y]) - radii >= best.gap) continue;
-            const int from_a = static_cast<int>(x) * block, to_a = std::min(from_a + block, a.pieces);
-            const int from_b = static_cast<int>(y) * block, to_b = std::min(from_b + block, b.pieces);
-            // Squared distances of the points, row by row.
-            std::array<std::array<double, block + 1>, 2> rows;
-            const auto fill = [&](std::array<double, block + 1>& row, int i) {
-                for (int k = from_b; k <= to_b; ++k) row[k - from_b] = (a.point[i] - b.point[k]).squaredNorm();
-            };
-            fill(rows[from_a % 2], from_a);
-            for (int i = from_a; i < to_a; ++i) {
-                fill(rows[(i + 1) % 2], i + 1);
-                const auto &low = rows[i % 2], &high = rows[(i + 1) % 2];
-                for (int k = from_b; k < to_b; ++k) {
-                    const int c = k - from_b;
-                    // Over two straight edges the squared distance is a convex parabola: its smallest value is at
-                    // most this much below the smallest at the corners.
-                    const double bow = 0.25 * (a.longest + b.longest) * (a.longest + b.longest);
-                    const double reach = std::max(0.0, best.gap + radii);
-                    const double corner = std::min(std::min(low[c], low[c + 1]), std::min(high[c], high[c + 1]));
-                    if (corner - bow >= reach * reach) continue;
-                    const Vector3 u = a.edge(i), v = b.edge(k);
-                    const Approach near = closest(a.point[i], u, b.point[k], v);
-                    if (near.distance - radii >= best.gap) continue;
-                    const Vector3 apart = a.point[i] + near.s * u - b.point[k] - near.t * v;
-                    // A neighbour comes closer still: it will speak for itself, or it is an end that does not count.
-                    if (falls_beyond(a, i, near.s, apart) || falls_beyond(b, k, near.t, -apart)) continue;
-                    const double s = (i + near.s) / a.pieces, t = (k + near.t) / b.pieces;
-                    const bool at_end = s <= 0.0 || s >= 1.0 || t <= 0.0 || t >= 1.0;
-                    if (at_end && a.segment != b.segment) continue;
-                    best = {near.distance - radii, number_a, number_b, s, t};
-                }
-            }
+    for (int from = 0; from < second.pieces; from += block) {
+        const Ball& ball = second.blocks[from / block];
+        if (farther(first.ball.centre, ball.centre, beyond(first.ball.radius + ball.radius))) continue;
+        using Row = Eigen::Array<double, block + 1, 1>;
+        const Eigen::Map<const Row> x(second.x + from), y(second.y + from), z(second.z + from);
+        Row low, high, nearest;
+        int filled = -1;  // row that `high` holds
+        const auto fill = [&](int i) {
+            high = (x - first.x[i]).square() + (y - first.y[i]).square() + (z - first.z[i]).square();
+            filled = i;
+        };
+        for (int i = 0; i < first.pieces; ++i) {
+            if (farther(first.point(i), ball.centre, beyond(ball.radius + first.longest))) continue;
+            if (filled != i) fill(i);
+            low = high;
+            fill(i + 1);
+            // The squared distance over two straight edges is a convex parabola: it is nowhere further below the
+            // smallest of its corners than this.
+            const double bow = 0.25 * (first.longest * first.longest + second.longest * second.longest);
+            const double limit = std::max(0.0, best.gap + radii), threshold = limit * limit + bow;
+            nearest = low.min(high);
+            if (!(nearest.minCoeff() < threshold)) continue;
+            for (int k = 0; k < block; ++k)
+                if (nearest[k] < threshold || nearest[k + 1] < threshold)
+                    compare_edges(curves, a, b, i, from + k, best);
         }
+    }
 }
 
 }  // namespace
 
 Clearance clearance(const Posture& posture, const std::vector<double>& radii, int points) {
     const Geometry& geometry = *posture.geometry;
+    const int rods = static_cast<int>(radii.size());
+    points = (points - 2 + TubeCurve::block) / TubeCurve::block * TubeCurve::block + 1;  // whole blocks of edges
     std::vector<TubeCurve> curves(radii.size());
-    std::vector<Vector3> all(radii.size() * points);
+    std::vector<double> room(static_cast<std::size_t>(3 * points) * radii.size());
     std::vector<Knot> knots;
     int number = 0;
     for (int j = 0; j < geometry.plates(); ++j)
@@ -285,20 +306,33 @@ Clearance clearance(const Posture& posture, const std::vector<double>& radii, in
             TubeCurve& curve = curves[number];
             curve.segment = j, curve.radius = radii[number];
             if (curve.radius <= 0.0) continue;
-            Vector3* point = all.data() + static_cast<std::size_t>(number) * points;
-            centreline(posture, number, points, knots, point);
-            curve.point = point, curve.pieces = points - 1;
-            curve.ball = ball_around(point, points);
-            for (int i = 0; i < curve.pieces; ++i) curve.longest = std::max(curve.longest, curve.edge(i).norm());
+            double* x = room.data() + static_cast<std::size_t>(3 * points) * number;
+            double *y = x + points, *z = y + points;
+            centreline(posture, number, points, knots, x, y, z);
+            curve.x = x, curve.y = y, curve.z = z, curve.pieces = points - 1;
+            curve.ball = curve.ball_around(0, curve.pieces);
             for (int i = 0; i < curve.pieces; i += TubeCurve::block)
-                curve.blocks.push_back(ball_around(point + i, std::min(TubeCurve::block, curve.pieces - i) + 1));
+                curve.blocks.push_back(curve.ball_around(i, i + TubeCurve::block));
+            for (int i = 0; i < curve.pieces; ++i) curve.longest = std::max(curve.longest, curve.edge(i).squaredNorm());
+            curve.longest = std::sqrt(curve.longest);
         }
     Clearance best;
     best.gap = std::numeric_limits<double>::infinity();
-    for (std::size_t a = 0; a < curves.size(); ++a)
-        for (std::size_t b = a + 1; b < curves.size(); ++b)
-            if (curves[a].point && curves[b].point)
-                compare(curves[a], curves[b], static_cast<int>(a), static_cast<int>(b), best);
+    // First the two that look closest: the less is left for the others.
+    int first = -1, second = -1;
+    double least = best.gap;
+    for (int a = 0; a < rods; ++a)
+        for (int b = a + 1; b < rods && curves[b].segment == curves[a].segment; ++b)
+            for (const int i : {points / 4, points / 2, 3 * points / 4}) {
+                if (!curves[a].x || !curves[b].x) continue;
+                const double gap =
+                    (curves[a].point(i) - curves[b].point(i)).norm() - curves[a].radius - curves[b].radius;
+                if (gap < least) least = gap, first = a, second = b;
+            }
+    if (first >= 0) compare(curves, first, second, best);
+    for (int a = 0; a < rods; ++a)
+        for (int b = a + 1; b < rods; ++b)
+            if (curves[a].x && curves[b].x && (a != first || b != second)) compare(curves, a, b, best);
     return best;
 }
 
