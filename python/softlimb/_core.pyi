@@ -2174,8 +2174,6 @@ class Posture:
         """
     def rod_base_wrench(self, arg0: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.float64]:
         ...
-    def tip_response(self, arg0: collections.abc.Sequence[Section], arg1: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> numpy.typing.NDArray[numpy.float64]:
-        ...
     def verify(self) -> tuple[float, float, float, float, float]:
         ...
     @property
@@ -2287,6 +2285,10 @@ class Members:
     def at_pressures(self, pressures: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], section: str, valve: str) -> tuple[list[Section], numpy.typing.NDArray[numpy.float64], tuple[str, str] | None]:
         """
         Sections, rest lengths, and status and reason where an actuator has no state.
+        """
+    def tip_jacobian(self, posture: Posture, pressures: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], section: str, valve: str) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Change of the tip by each pressure, shape (6, A) [m/Pa, rad/Pa].
         """
 class PlainSolver:
     """

@@ -92,7 +92,8 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         if (attempt.report.neutral_mode)
             message += "; a move of the limb costs nothing here: the posture is one of many equal ones";
         solution.message = std::move(message);
-        if (!heavy(scene)) solution.plan.push_back("no gravity or other load along the rods: six columns a piece instead of eight");
+        if (!heavy(scene))
+            solution.plan.push_back("no gravity or other load along the rods: six columns a piece instead of eight");
         return std::move(solution);
     };
     // A saddle of the mesh is worth a word only if the exact rods have an unstable posture there too.
