@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from softlimb import _core
 from softlimb._core import Section
 from softlimb.arguments import shown
-from softlimb.tube import SectionModel, Tube, Valve
+from softlimb.tube import SectionModel, Valve
 
 if TYPE_CHECKING:
     from softlimb.limb import Limb
