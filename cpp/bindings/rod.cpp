@@ -38,6 +38,19 @@ py::typing::Tuple<Three, std::array<Three, 3>, Six> rod_end(const Section& secti
 }  // namespace
 
 void bind_rod(py::module_& m) {
+    m.def(
+        "instruction_set", [] { return std::string(rod::lanes::kernel().instruction_set); },
+        "Instruction set that the rods are integrated with: baseline, avx2 or avx512.");
+    m.def(
+        "instruction_sets",
+        [] {
+            std::vector<std::string> names;
+            for (const rod::lanes::Kernel* kernel : rod::lanes::kernels()) names.push_back(kernel->instruction_set);
+            return names;
+        },
+        "Those that this machine has, plainest first.");
+    m.def("use_instruction_set", &rod::lanes::use, py::arg("name"),
+          "Integrates with another one from now on; ValueError when the machine has it not. Answers agree to rounding.");
     m.def("integrator_orders", &integrator_orders, "Orders of the integrators in the list.");
     m.def("rod_end", &rod_end, py::arg("section"), py::kw_only(), py::arg("length"), py::arg("wrench"),
           py::arg("line_force"), py::arg("order"), py::arg("steps"),
