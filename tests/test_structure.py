@@ -33,6 +33,7 @@ PYTHON_ORDER = [
     ["limb"],
     ["presets"],
     ["scenes"],
+    ["rows"],
     ["payload", "sweep"],
     ["measured"],
     ["plot"],

@@ -21,5 +21,6 @@ void bind_rod(pybind11::module_& m);
 void bind_limb(pybind11::module_& m);
 void bind_members(pybind11::module_& m);
 void bind_path(pybind11::module_& m);
+void bind_sweep(pybind11::module_& m);
 
 }  // namespace softlimb::bindings

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'PlainSolver', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'follow', 'integrator_orders', 'law_class_names', 'rod_end', 'thread_geometry']
+__all__: list[str] = ['CHUNK_ROWS', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'PlainSolver', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'follow', 'integrator_orders', 'law_class_names', 'rod_end', 'status_names', 'sweep_rows', 'thread_geometry']
 class Section:
     """
     Stiffness of a rod's cross-section, per rest length, SI.
@@ -2365,6 +2365,18 @@ def rod_end(section: Section, *, length: typing.SupportsFloat | typing.SupportsI
     ValueError
         The length is not positive, there is no step, or no integrator has that order.
     """
+def status_names() -> list[str]:
+    """
+    Names of the outcomes of a solve, by number.
+    """
+def sweep_rows(geometry: Geometry, members: Members, scene: Scene, pressures: numpy.typing.NDArray[numpy.float64], *, tolerance: typing.SupportsFloat | typing.SupportsIndex, prefer_stable: bool, section: str, valve: str, ordered: bool, threads: typing.SupportsInt | typing.SupportsIndex, start: Posture | None, start_plates: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None, tip: numpy.typing.NDArray[numpy.float64], plates: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8], success: numpy.typing.NDArray[numpy.bool], stable: numpy.typing.NDArray[numpy.bool], unstable_modes: numpy.typing.NDArray[numpy.int64], clearance: numpy.typing.NDArray[numpy.float64], iterations: numpy.typing.NDArray[numpy.int64], residual: numpy.typing.NDArray[numpy.float64], message: dict[int, str], tick: collections.abc.Callable[[int], bool]) -> None:
+    """
+    Solves one posture a row of pressures (N, A) into the given arrays, without the interpreter lock.
+    
+    `status` has numbers of `status_names`, and keeps what it has (-1) for rows not come to; where a row did not converge,
+    poses, stability and clearance stay as they were. `message` gets by row what is more than "converged". `tick(done)` is
+    asked ten times a second by the calling thread; false, an exception or Ctrl-C stops the workers and keeps what is done.
+    """
 def thread_geometry(*, inner: typing.SupportsFloat | typing.SupportsIndex, outer: typing.SupportsFloat | typing.SupportsIndex, thread_diameter: typing.SupportsFloat | typing.SupportsIndex, pitch: typing.SupportsFloat | typing.SupportsIndex, angle: typing.SupportsFloat | typing.SupportsIndex | None = None) -> ThreadGeometry:
     """
     Thread wound in a helix at the inner radius of a layer.
@@ -2389,3 +2401,4 @@ def thread_geometry(*, inner: typing.SupportsFloat | typing.SupportsIndex, outer
     ValueError
         A length is not positive, the turns overlap, or the angle is outside (0, pi/2).
     """
+CHUNK_ROWS: int = 32
