@@ -46,5 +46,5 @@ def test_one_instruction_set_gives_the_same_bits_again() -> None:
 
 
 def test_an_unknown_instruction_set_is_refused_with_the_list() -> None:
-    with pytest.raises(ValueError, match="instruction_set must be one of baseline.*quantum"):
+    with pytest.raises(ValueError, match=r"instruction_set must be one of baseline.*quantum"):
         _core.use_instruction_set("quantum")

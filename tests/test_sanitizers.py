@@ -3,7 +3,7 @@
 Built without Python, with the assertions of Eigen and of the standard library on, halting at the first error. What is
 built is kept in pytest's cache, so that only the first run takes minutes.
 
-The same under ThreadSanitizer, which wants a build of its own and finds its work in two claims (from the root, in an
+The same under ThreadSanitizer, which wants a build of its own and finds its work in three claims (from the root, in an
 environment with the `test` extra)::
 
     cmake -S . -B build/thread -G Ninja -DSOFTLIMB_CPP_TESTS=ON -DSOFTLIMB_SANITIZE=thread \

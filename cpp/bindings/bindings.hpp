@@ -22,5 +22,6 @@ void bind_limb(pybind11::module_& m);
 void bind_members(pybind11::module_& m);
 void bind_path(pybind11::module_& m);
 void bind_bench(pybind11::module_& m);
+void bind_sweep(pybind11::module_& m);
 
 }  // namespace softlimb::bindings

@@ -10,4 +10,5 @@ PYBIND11_MODULE(_core, m) {
     softlimb::bindings::bind_members(m);
     softlimb::bindings::bind_path(m);
     softlimb::bindings::bind_bench(m);
+    softlimb::bindings::bind_sweep(m);
 }

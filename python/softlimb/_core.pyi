@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'PlainSolver', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'integrator_orders', 'law_class_names', 'rod_end', 'thread_geometry', 'yardstick']
+__all__: list[str] = ['CHUNK_ROWS', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'PlainSolver', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'rod_end', 'status_names', 'sweep_rows', 'thread_geometry', 'use_instruction_set', 'yardstick']
 class Section:
     """
     Stiffness of a rod's cross-section, per rest length, SI.
@@ -2342,6 +2342,14 @@ def follow(geometry: Geometry, scene_at: collections.abc.Callable[[float], Scene
     """
     Follows the equilibrium `first`; scene_at(parameter) gives a Scene, or None where there is none.
     """
+def instruction_set() -> str:
+    """
+    Instruction set that the rods are integrated with: baseline, avx2 or avx512.
+    """
+def instruction_sets() -> list[str]:
+    """
+    Those that this machine has, plainest first.
+    """
 def integrator_orders() -> list[int]:
     """
     Orders of the integrators in the list.
@@ -2371,6 +2379,18 @@ def rod_end(section: Section, *, length: typing.SupportsFloat | typing.SupportsI
     ValueError
         The length is not positive, there is no step, or no integrator has that order.
     """
+def status_names() -> list[str]:
+    """
+    Names of the outcomes of a solve, by number.
+    """
+def sweep_rows(geometry: Geometry, members: Members, scene: Scene, pressures: numpy.typing.NDArray[numpy.float64], *, tolerance: typing.SupportsFloat | typing.SupportsIndex, prefer_stable: bool, section: str, valve: str, ordered: bool, threads: typing.SupportsInt | typing.SupportsIndex, start: Posture | None, start_plates: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None, tip: numpy.typing.NDArray[numpy.float64], plates: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8], success: numpy.typing.NDArray[numpy.bool], stable: numpy.typing.NDArray[numpy.bool], unstable_modes: numpy.typing.NDArray[numpy.int64], clearance: numpy.typing.NDArray[numpy.float64], iterations: numpy.typing.NDArray[numpy.int64], residual: numpy.typing.NDArray[numpy.float64], message: dict[int, str], tick: collections.abc.Callable[[int], bool]) -> None:
+    """
+    Solves one posture a row of pressures (N, A) into the given arrays, without the interpreter lock.
+    
+    `status` has numbers of `status_names`, and keeps what it has (-1) for rows not come to; where a row did not converge,
+    poses, stability and clearance stay as they were. `message` gets by row what is more than "converged". `tick(done)` is
+    asked ten times a second by the calling thread; false, an exception or Ctrl-C stops the workers and keeps what is done.
+    """
 def thread_geometry(*, inner: typing.SupportsFloat | typing.SupportsIndex, outer: typing.SupportsFloat | typing.SupportsIndex, thread_diameter: typing.SupportsFloat | typing.SupportsIndex, pitch: typing.SupportsFloat | typing.SupportsIndex, angle: typing.SupportsFloat | typing.SupportsIndex | None = None) -> ThreadGeometry:
     """
     Thread wound in a helix at the inner radius of a layer.
@@ -2395,7 +2415,12 @@ def thread_geometry(*, inner: typing.SupportsFloat | typing.SupportsIndex, outer
     ValueError
         A length is not positive, the turns overlap, or the angle is outside (0, pi/2).
     """
+def use_instruction_set(name: str) -> None:
+    """
+    Integrates with another one from now on; ValueError when the machine has it not. Answers agree to rounding.
+    """
 def yardstick(*, repetitions: typing.SupportsInt | typing.SupportsIndex = 9) -> tuple[float, float]:
     """
     Microseconds of one pass of a fixed loop (nine rods of eight Runge-Kutta steps, plain scalar code), the least of `repetitions` times 2000 passes, and its checksum, 0.159407.
     """
+CHUNK_ROWS: int = 32

@@ -287,6 +287,18 @@ class _Scene:
     refusal: tuple[str, str] | None  # status and reason where an actuator has no state
 
 
+@dataclass(frozen=True)
+class _CommonScene:
+    """What many rows of pressures share: loads, holds and options of a solve."""
+
+    core: _core.Scene  # its sections and rest lengths do not count
+    model: tuple[SectionModel, Valve]
+    tolerance: float
+    prefer_stable: bool
+    start: _core.Posture | None
+    start_plates: Array | None
+
+
 class Limb:
     """Segments in series, from the base upwards.
 
@@ -767,6 +779,24 @@ class Limb:
             hold_poses=poses,
         )
         return _Scene(core, given, lengths, loads, (section, valve), refusal)
+
+    def _common_scene(
+        self,
+        *,
+        tolerance: float = 1e-6,
+        start: Posture | ArrayLike | None = None,
+        prefer_stable: bool = True,
+        **scene: Any,
+    ) -> _CommonScene:
+        """The arguments of `solve` for rows of pressures, checked once."""
+        allowed = self._scene.__kwdefaults__ or {}
+        for name in scene:
+            if name not in allowed or name == "pressures":
+                raise TypeError(f"{name!r} is no option of rows of pressures: expected one of {', '.join(allowed)}")
+        checked = truth("prefer_stable", prefer_stable), _tolerance(tolerance)
+        first, first_plates = self._start(start)
+        made = self._scene(first, first_plates, pressures=np.zeros(len(self._tubes)), **scene)
+        return _CommonScene(made.core, made.model, checked[1], checked[0], first, first_plates)
 
     def _posture(self, scene: _Scene, solved: _core.Posture, tolerance: float) -> Posture:
         given = {"pressures": scene.pressures, "rest_lengths": scene.rest_lengths, "loads": scene.loads}

@@ -6,7 +6,6 @@ What a sweep is made of besides (chunks, files, workers of other machines, progr
 from __future__ import annotations
 
 import hashlib
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -17,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softlimb import _core
+from softlimb.arguments import finite_of_shape, shown, truth
 
 if TYPE_CHECKING:
     from softlimb.limb import Limb
@@ -32,10 +32,10 @@ NOT_RUN = "not_run"
 INVALID = "invalid"
 """Status of a row whose pressures the limb refuses; the message has the reason."""
 
-GROUP = 32
+GROUP = _core.CHUNK_ROWS
 """Rows in which an ordered sweep chains neighbours; the first of each starts by itself."""
 
-_TICK = 0.1  # [s] between two looks at who wants to stop
+_STATUS = dict(enumerate(_core.status_names())) | {-1: NOT_RUN}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -86,7 +86,7 @@ class Rows:
             success=np.zeros(count, dtype=bool),
             status=[NOT_RUN] * count,
             stable=np.zeros(count, dtype=bool),
-            unstable_modes=np.full(count, -1),
+            unstable_modes=np.full(count, -1, dtype=np.int64),
             clearance=np.full(count, np.nan),
             iterations=np.zeros(count, dtype=np.int64),
             residual=np.full(count, np.nan),
@@ -113,12 +113,14 @@ def solve_rows(
     threads : int
         How many may work at once; no bit of the rows depends on it.
     ordered : bool
-        Rows 0..31, 32..63, ... are groups in which a row starts from the posture before it. Otherwise a row depends on
-        itself alone.
+        Rows 0..31, 32..63, ... are groups in which a row starts from the posture before it, where that succeeded.
+        Otherwise a row depends on itself alone.
     tick : callable
-        Called about ten times a second, from the thread of the caller, with the number of rows done; false stops.
+        Called about ten times a second, from the thread of the caller, with the number of rows done; false stops, and
+        so does Ctrl-C. Rows not come to have status "not_run".
     **scene
-        Loads and options of `Limb.solve`, the same for all rows.
+        Loads and options of `Limb.solve`, the same for all rows. What it refuses, it refuses for all: every row then
+        has status "invalid".
 
     Returns
     -------
@@ -126,37 +128,52 @@ def solve_rows(
 
     Raises
     ------
-    ValueError, TypeError
+    ValueError
+        Pressures of another shape or not finite, ``threads`` below 1.
+    TypeError
         `Limb.solve` has no such option.
     """
-    rows = Rows.not_run(len(pressures), len(limb.segments))
-    own_start, before, looked = scene.pop("start", None), None, time.monotonic()
+    plates, actuators = len(limb.segments), len(limb._tubes)
+    rows = Rows.not_run(len(pressures), plates)
+    given = np.ascontiguousarray(finite_of_shape("pressures", pressures, (len(pressures), actuators)))
+    if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
+        raise ValueError(f"threads must be a whole number of at least 1, got {shown(threads)}")
     try:
-        for row in range(len(pressures)):
-            if time.monotonic() - looked > _TICK:
-                looked = time.monotonic()
-                if not tick(row):
-                    break
-            if not ordered or row % GROUP == 0:
-                before = None
-            try:
-                posture = limb.solve(pressures[row], **scene, start=own_start if before is None else before)
-            except ValueError as error:
-                rows.status[row], rows.message[row] = INVALID, str(error)
-                continue
-            rows.iterations[row], rows.residual[row] = posture.iterations, posture.residual
-            if posture.success:
-                before = posture
-                rows.tip[row], rows.plates[row] = posture.tip, posture.plates
-                rows.stable[row] = posture.stable
-                rows.unstable_modes[row] = -1 if posture.unstable_modes is None else posture.unstable_modes
-                rows.clearance[row] = np.nan if posture.clearance is None else posture.clearance
-                rows.success[row] = True
-            if posture.message != posture.status:
-                rows.message[row] = posture.message
-            rows.status[row] = posture.status  # last: Ctrl-C leaves no row half done under a status
+        common = limb._common_scene(**scene)
+    except ValueError as error:
+        rows.status[:] = [INVALID] * len(rows)
+        rows.message.update(dict.fromkeys(range(len(rows)), str(error)))
+        return rows
+    status = np.full(len(rows), -1, dtype=np.int8)
+    try:
+        _core.sweep_rows(
+            limb._geometry,
+            limb._core_members,
+            common.core,
+            given,
+            tolerance=common.tolerance,
+            prefer_stable=common.prefer_stable,
+            section=common.model[0],
+            valve=common.model[1],
+            ordered=truth("ordered", ordered),
+            threads=threads,
+            start=common.start,
+            start_plates=common.start_plates,
+            tip=rows.tip,
+            plates=rows.plates,
+            status=status,
+            success=rows.success,
+            stable=rows.stable,
+            unstable_modes=rows.unstable_modes,
+            clearance=rows.clearance,
+            iterations=rows.iterations,
+            residual=rows.residual,
+            message=rows.message,
+            tick=tick,
+        )
     except KeyboardInterrupt:
         pass
+    rows.status[:] = [_STATUS[number] for number in status.tolist()]
     return rows
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -134,6 +134,6 @@ def same_bits_fault(one: Batch, other: Batch) -> str | None:
         if isinstance(first, np.ndarray):
             if first.tobytes() != second.tobytes():
                 return f"{field.name} differs"
-        elif isinstance(first, list) and first != second:
+        elif isinstance(first, Sequence) and list(first) != list(second):
             return f"{field.name} differs"
     return None

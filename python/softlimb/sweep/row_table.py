@@ -255,6 +255,8 @@ class Messages(_Texts):
 
     def at(self, rows: NDArray[np.int64]) -> Iterator[tuple[int, str]]:
         """Rows, rising, with their messages."""
+        if not rows.size:
+            return
         blocks, starts = np.unique(rows // _BLOCK, return_index=True)
         for block, mine in zip(blocks.tolist(), np.split(rows, starts[1:]), strict=True):
             texts = self[block * _BLOCK : (block + 1) * _BLOCK]

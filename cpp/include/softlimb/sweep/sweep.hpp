@@ -1,0 +1,67 @@
+#pragma once
+// Rows of pressures in, rows of postures out, on as many threads as one likes.
+//
+//   blocks of rows, handed out one by one -> a worker: members at the row's pressures -> limb::solve -> the caller's
+//   arrays
+//
+// A row depends on itself alone (in an ordered sweep: on its chunk, whose size is fixed), and workers share nothing
+// that changes: the bits are the same for any number of threads and any order of the rows.
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "softlimb/limb/solver.hpp"
+#include "softlimb/sweep/members.hpp"
+
+namespace softlimb::sweep {
+
+struct SweepOptions {
+    actuator::SectionModel model = actuator::SectionModel::tangent;
+    actuator::Valve valve = actuator::Valve::open;
+    double tolerance = 1e-6;
+    bool prefer_stable = true;
+    bool ordered = false;  // each row starts from the one before it, within chunks
+    int threads = 1;
+    const limb::Shape* start = nullptr;               // of rows that start by themselves: a shape,
+    const std::vector<Pose>* start_plates = nullptr;  // or plates; neither: by limb::solve's own rule
+};
+
+/// Rows that an ordered sweep chains; the first of each chunk starts by itself.
+constexpr std::int64_t chunk_rows = 32;
+
+/// A row that nobody came to.
+constexpr std::int8_t not_run = -1;
+
+/// Where the answers go: arrays of the caller, one entry a row. A row writes `status` last; poses, stability and
+/// clearance only where it converged, so what stands there before is what rows without an answer have.
+struct RowAnswers {
+    double* tip;                   // 4 x 4 each, row by row
+    double* plates;                // 4 x 4 a plate
+    std::int8_t* status;           // number of a solve::SolveStatus, or not_run
+    bool* success;                 // status converged
+    bool* stable;                  // false as well where it is not known
+    std::int64_t* unstable_modes;  // -1: not known
+    double* clearance;             // [m]; NaN without two radii
+    std::int64_t* iterations;
+    double* residual;
+};
+
+/// What a row says beyond its status.
+struct RowMessage {
+    std::int64_t row;
+    std::string text;
+};
+
+/// Called with the number of rows done; false stops the sweep.
+using Tick = std::function<bool(std::int64_t)>;
+
+/// Solves the rows of `pressures`, one number an actuator [Pa], under the loads and holds of `scene`, whose sections
+/// and rest lengths do not count. `tick` is asked from the calling thread about ten times a second. Rows done before a
+/// stop stay done; `messages` are in the order of the rows. Raises what `tick` raises, once every worker has stopped;
+/// what a worker meets is its row's failure.
+void sweep(const limb::Geometry& geometry, const Members& members, const limb::Scene& scene,
+           const SweepOptions& options, const double* pressures, std::int64_t rows, const RowAnswers& answers,
+           std::vector<RowMessage>& messages, const Tick& tick);
+
+}  // namespace softlimb::sweep
