@@ -265,7 +265,14 @@ def test_no_row_times_wrong_postures(name: str, monkeypatch: pytest.MonkeyPatch)
         force = np.asarray(options.pop("tip_force", np.zeros(3))) + push
         return solve(self, *given, tip_force=force, **options)
 
+    sweep = sl.Limb.sweep
+
+    def wrong_sweep(self: sl.Limb, *given: Any, **options: Any) -> Any:
+        force = np.asarray(options.pop("tip_force", np.zeros(3))) + 1e-2
+        return sweep(self, *given, tip_force=force, **options)
+
     monkeypatch.setattr(sl.Limb, "solve", wrong)
+    monkeypatch.setattr(sl.Limb, "sweep", wrong_sweep)
     if name in ("cold", "cantilever"):  # no truth but their own verification, which takes the wrong load for given
         monkeypatch.setattr(sl.Posture, "verify", lambda self: sl.Verification(1e-3, 0.0, 0.0, 0.0, 0.0, 1e-6))
     rows = measured(name)
