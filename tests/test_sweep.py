@@ -45,6 +45,14 @@ def test_a_failed_row_has_status_message_and_no_pose(known_rows) -> None:
     assert not batch.interrupted
 
 
+def test_failures_are_found_in_every_block_of_rows(known_rows, monkeypatch) -> None:
+    batch = sweep(Pillar(), [[p] for p in (60e3, 2e3, 3e3, 4e3, 0.0, 5e3, 6e3, 70e3, 8e3)], progress=False)
+    monkeypatch.setattr("softlimb.sweep.row_table._BLOCK", 2)
+    assert list(batch.failures) == [0, 4, 7] and "got 0.0 Pa" in batch.failures[4]
+    assert list(batch.message) == batch.message[:] and len(batch.message[:]) == 9
+    assert sweep(Pillar(), [[2e3]], progress=False).failures == {}
+
+
 def test_remarks_are_the_rows_that_succeeded_and_say_more(known_rows) -> None:
     batch = sweep(Pillar(), [[10e3], [60e3], [25e3]], progress=False)
     assert batch.remarks.tolist() == [2]

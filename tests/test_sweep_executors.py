@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
 import signal
@@ -219,6 +220,71 @@ def test_a_chunk_that_never_arrives_is_not_run_and_says_why(here) -> None:
     assert executor.first.count(poison) == 3
     assert batch.having("not_run").tolist() == [10, 11] and "Broken: the line was cut" in batch.failures[10]
     assert same_bits(batch.resume(progress=False), here)
+
+
+class Fragile(Executor):
+    """Tasks that are under way together end together: all of them broken where one of them is poison."""
+
+    _max_workers = 4
+
+    def __init__(self, poison):
+        self.poison, self.given = poison, []
+
+    def submit(self, task, pressures, label):
+        self.given.append((Future(), task, pressures, label))
+        threading.Timer(0.02, self.end, [len(self.given)]).start()  # [s], the last of a window ends all of it
+        return self.given[-1][0]
+
+    def end(self, count):
+        if count != len(self.given) or self.given[-1][0].done():
+            return
+        under_way = [entry for entry in self.given if not entry[0].done()]
+        broken = any(float(pressures[0, 0]) in self.poison for _, _, pressures, _ in under_way)
+        for future, task, pressures, label in under_way:
+            future.set_running_or_notify_cancel()
+            if broken:
+                future.set_exception(BrokenExecutor("a worker died"))
+            else:
+                future.set_result(task(pressures, label))
+
+
+def test_what_runs_beside_a_chunk_that_kills_is_not_given_up_with_it(here, known_rows) -> None:
+    poison = [float(PRESSURES[row, 0]) for row in (44, 46, 80)]
+    with pytest.warns(RuntimeWarning, match="are not run: its chunk failed 3 times"):
+        batch = swept(lambda: Fragile(poison))
+    assert batch.having("not_run").tolist() == [44, 45, 46, 47, 80, 81]
+    assert len(known_rows.solved) == 94
+
+
+def test_every_row_is_counted_once_whatever_happens_on_the_way(here, monkeypatch) -> None:
+    counted = []
+
+    @contextlib.contextmanager
+    def progress(shows, count, missing):
+        counted.append([count, missing, 0])
+
+        def advance(rows):
+            counted[-1][-1] += rows
+
+        yield advance
+
+    monkeypatch.setattr(run, "_progress", progress)
+    first = float(PRESSURES[44, 0])
+
+    def fail(number, task, pressures):
+        if number in (1, 5):
+            raise Broken("the line was cut")
+        if number == 30:
+            raise BrokenExecutor("gone")
+
+    swept(lambda: Here(fail))
+    swept(lambda: Fragile([]))
+    with pytest.warns(RuntimeWarning, match="the executor broke"):
+        swept(Here(fail))
+    with pytest.warns(RuntimeWarning, match="not run"):
+        batch = swept(lambda: Fragile([first]))
+    batch.resume()
+    assert counted == [[100, 100, 100]] * 3 + [[100, 100, 98], [100, 2, 2]]
 
 
 def test_an_executor_that_breaks_for_good_leaves_the_rest_to_this_process(here, known_rows, tmp_path) -> None:

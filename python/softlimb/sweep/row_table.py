@@ -255,12 +255,11 @@ class Messages(_Texts):
 
     def at(self, rows: NDArray[np.int64]) -> Iterator[tuple[int, str]]:
         """Rows, rising, with their messages."""
-        if not rows.size:
-            return
-        blocks, starts = np.unique(rows // _BLOCK, return_index=True)
-        for block, mine in zip(blocks.tolist(), np.split(rows, starts[1:]), strict=True):
-            texts = self[block * _BLOCK : (block + 1) * _BLOCK]
-            yield from ((row, texts[row - block * _BLOCK]) for row in mine.tolist())
+        for block in np.unique(rows // _BLOCK).tolist():
+            first = block * _BLOCK
+            texts = self[first : first + _BLOCK]
+            low, high = np.searchsorted(rows, [first, first + _BLOCK]).tolist()
+            yield from ((row, texts[row - first]) for row in rows[low:high].tolist())
 
     def own(self) -> Iterator[tuple[int, str]]:
         """Rows with a message of their own, with it."""

@@ -309,7 +309,7 @@ class SweepFile:
         marks = self._read_marks()
         known = np.zeros(len(marks), dtype=bool)
         known[index.rows[(index.rows >= 0) & (index.rows < len(marks))]] = True
-        lost = (marks >= _SOLVED_WITH_MESSAGE) & ~known
+        lost = np.isin(marks, (_SOLVED_WITH_MESSAGE, _EXPLAINED)) & ~known
         if lost.any():
             marks[lost] = _NOT_RUN
             self._write_column("mark", 0, marks)
