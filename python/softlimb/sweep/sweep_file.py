@@ -81,7 +81,8 @@ def journal_of(path: Path) -> Path:
 def read(path: Path) -> Content:
     """Open a sweep to look at; its columns are mapped and not loaded.
 
-    Where the sweep is still being filled, or was killed, rows without a mark are shown as not run.
+    Where the sweep is still being filled, or was killed, rows without a mark are shown as not run; poses of rows that
+    are solved after that come into view, their status does not.
 
     Raises
     ------
@@ -107,6 +108,9 @@ def read(path: Path) -> Content:
             Messages(Statuses(columns["status"]), found[0].rows, TextsInFile(path, tail, found[0])),
             head.builds,
         )
+    # Somebody may be at work: what is marked now is whole, and the same for as long as one looks at it.
+    marks = marks.copy()
+    columns |= {name: columns[name].copy() for name in ("status", "success")}
     # A private copy of the pages that change: the file stays as it is.
     for first, stop in runs_of(_not_whole(marks, columns)):
         for name, blank in _blank(layout.record).items():
