@@ -433,7 +433,9 @@ def test_a_cluster_of_dask_finds_the_same_bits_and_survives_a_worker(tmp_path) -
     with (
         # How long a result is waited for whose worker has died: half a minute if not told.
         dask.config.set({"distributed.comm.timeouts.connect": "2s"}),
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster,
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=50
+        ) as cluster,
         distributed.Client(cluster) as client,
     ):
         there = limb.sweep(pressures, executor=client.get_executor(), **options)

@@ -16,7 +16,7 @@ import pytest
 import softlimb as sl
 from softlimb import presets, rows
 from softlimb.scenes import load_scene
-from softlimb.sweep import sweep_file
+from softlimb.sweep import run, sweep_file
 from softlimb.sweep.record import SweepRecord
 from softlimb.sweep.sweep_file import SweepFile
 from sweep_examples import KnownRows, same_bits, small_limb, some_pressures
@@ -460,6 +460,35 @@ def test_a_disk_that_is_too_small_says_so_before_the_work(known_rows, tmp_path) 
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert not known_rows.solved and not files_in(tmp_path)
+
+
+def test_a_disk_that_is_full_in_the_middle_keeps_what_is_marked(known_rows, tmp_path, monkeypatch) -> None:
+    resource, path = pytest.importorskip("resource"), tmp_path / "a"
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    monkeypatch.setattr(run, "_BLOCK_SECONDS", 1e-9)
+    monkeypatch.setattr(sweep_file, "_COMMIT", 0.0)
+    solve = rows.solve_rows
+
+    def filling(limb, pressures, **options):
+        if len(known_rows.solved) > 100:  # no file may grow any more
+            resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
+        return solve(limb, pressures, **options)
+
+    monkeypatch.setattr(rows, "solve_rows", filling)
+    try:
+        with pytest.raises(OSError, match=f"file {path} cannot be written: File too large"):
+            small_limb().sweep(PRESSURES, progress=False, file=path, threads=1, **SCENE)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    monkeypatch.setattr(rows, "solve_rows", solve)
+    kept = sl.Batch.load(path)
+    missing = kept.status.count("not_run")
+    assert 0 < missing < 110
+    known_rows.solved = []
+    kept.resume(progress=False)
+    assert len(known_rows.solved) == missing
+    small_limb().sweep(PRESSURES, progress=False, file=tmp_path / "b", **SCENE)
+    assert path.read_bytes() == (tmp_path / "b").read_bytes()
 
 
 def test_a_refused_scene_leaves_no_file_behind(known_rows, tmp_path) -> None:

@@ -177,8 +177,8 @@ class Batch:
         Returns
         -------
         Batch
-            Complete, unless it is interrupted again. A batch in a file fills its file; this one stays as it is
-            otherwise.
+            Complete, unless it is interrupted again. Rows in memory are copied and this batch stays as it is; rows in a
+            file go there, and this batch's views of it show them.
         """
         from softlimb.sweep.run import resume
 

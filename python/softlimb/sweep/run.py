@@ -96,11 +96,12 @@ def _sweep_to_file(work: _Work, pressures: NDArray[np.float64], path: Path) -> B
                 raise
             table.seal()
     content = read(path)
-    try:
-        _require_one_valid(content.messages)
-    except ValueError:
-        path.unlink()
-        raise
+    if new:
+        try:
+            _require_one_valid(content.messages)
+        except ValueError:
+            path.unlink()
+            raise
     about = {"ordered": work.ordered, "builds": content.builds, "file": path.absolute()}
     return Batch.of_columns(work.limb, work.scene, content.columns, content.messages, **about)
 

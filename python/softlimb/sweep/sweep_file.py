@@ -6,9 +6,10 @@ row's mark is written when its numbers and its message are on the disk: what is 
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -80,7 +81,8 @@ def journal_of(path: Path) -> Path:
 def read(path: Path) -> Content:
     """Open a sweep to look at; its columns are mapped and not loaded.
 
-    Where the sweep is still being filled, or was killed, rows without a mark are shown as not run.
+    Where the sweep is still being filled, or was killed, rows without a mark are shown as not run; poses of rows that
+    are solved after that come into view, their status does not.
 
     Raises
     ------
@@ -106,6 +108,9 @@ def read(path: Path) -> Content:
             Messages(Statuses(columns["status"]), found[0].rows, TextsInFile(path, tail, found[0])),
             head.builds,
         )
+    # Somebody may be at work: what is marked now is whole, and the same for as long as one looks at it.
+    marks = marks.copy()
+    columns |= {name: columns[name].copy() for name in ("status", "success")}
     # A private copy of the pages that change: the file stays as it is.
     for first, stop in runs_of(_not_whole(marks, columns)):
         for name, blank in _blank(layout.record).items():
@@ -144,13 +149,22 @@ def _has_message(marks: NDArray[np.uint8], index: Index) -> NDArray[np.bool_]:
 # --- writing -----------------------------------------------------------------------------------------------------
 
 
+@contextlib.contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Say which file the system's error is about."""
+    try:
+        yield
+    except OSError as error:
+        raise type(error)(error.errno, f"file {path} cannot be written: {error.strerror}") from None
+
+
 def _write_new(
     path: Path, layout: Layout, builds: Sequence[str], block: _Block, after: Callable[[BinaryIO], None]
 ) -> None:
     """A file under its name only when it is whole; `after` adds what follows the columns."""
     part = path.with_name(f"{path.name}.part")
     try:
-        with part.open("w+b", buffering=0) as file:
+        with _naming(path), part.open("w+b", buffering=0) as file:
             write_at(file, 0, head_bytes(layout, builds))
             for name in layout.types:
                 for first in range(0, layout.record.count, _BLOCK_ROWS):
@@ -160,10 +174,8 @@ def _write_new(
             file.truncate(layout.end)
             after(file)
             os.fsync(file.fileno())
-        os.replace(part, path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise type(error)(error.errno, f"file {path} cannot be written: {error.strerror}") from None
+        with _naming(path):
+            os.replace(part, path)
     except BaseException:
         part.unlink(missing_ok=True)
         raise
@@ -173,7 +185,6 @@ def _write_tail(file: BinaryIO, layout: Layout, source: BinaryIO, index: Index) 
     """Messages in the order of the rows behind the columns, and only then the word that they are there."""
     at = layout.end
     head = index_bytes(index.rows, index.ends - index.starts)
-    file.truncate(at)
     write_at(file, at, head)
     at += len(head)
     for first, stop in pieces(index):
@@ -246,7 +257,8 @@ class SweepFile:
             self._journal = _locked(path)
             head = read_head(path, self._file)
             self.layout, self.builds = head.layout, head.builds
-            self._open_journal(head)
+            with _naming(path):
+                self._open_journal(head)
             self.columns: Columns = mapped(path, self.layout, "r")
         except BaseException:
             self.close()
@@ -301,7 +313,7 @@ class SweepFile:
                 at += len(part)
             os.fsync(self._journal.fileno())
             write_at(self._file, TAIL_AT, bytes(8))
-            self._file.truncate(self.layout.end)
+        self._file.truncate(self.layout.end)
         index, end = read_journal(self._journal)
         self._journal.truncate(end)
         self._journal_end = end
@@ -322,11 +334,7 @@ class SweepFile:
         return np.frombuffer(parts, dtype=np.uint8).copy()
 
     def _write_column(self, name: str, first: int, values: NDArray[Any]) -> None:
-        at = self.layout.start + self.layout.offsets[name] + self.layout.sizes[name] * first
-        try:
-            write_at(self._file, at, values)
-        except OSError as error:
-            raise type(error)(error.errno, f"file {self.path} cannot be written: {error.strerror}") from None
+        write_at(self._file, self.layout.start + self.layout.offsets[name] + self.layout.sizes[name] * first, values)
 
     def missing(self) -> NDArray[np.bool_]:
         """Which rows are still to be solved, shape (N,)."""
@@ -348,11 +356,12 @@ class SweepFile:
         marks = np.full(len(rows), _SOLVED, dtype=np.uint8)
         marks[told] = _SOLVED_WITH_MESSAGE
         for start, stop in runs_of(columns["status"] != NOT_RUN.encode()):
-            self._write_column("mark", first + start, np.full(stop - start, _BEGUN, dtype=np.uint8))
-            for name in names:
-                self._write_column(name, first + start, columns[name][start:stop])
             mine = told[(told >= start) & (told < stop)]
-            self._append(first + mine, [rows.message[row] for row in mine.tolist()])
+            with _naming(self.path):
+                self._write_column("mark", first + start, np.full(stop - start, _BEGUN, dtype=np.uint8))
+                for name in names:
+                    self._write_column(name, first + start, columns[name][start:stop])
+                self._append(first + mine, [rows.message[row] for row in mine.tolist()])
             self._marks.append((first + start, marks[start:stop]))
         if time.monotonic() - self._committed > _COMMIT:
             self._commit()
@@ -361,14 +370,16 @@ class SweepFile:
         """Say of rows that are not run why."""
         for start, end in runs_of(self.missing()[first:stop]):
             rows = np.arange(first + start, first + end)
-            self._append(rows, [text] * len(rows))
+            with _naming(self.path):
+                self._append(rows, [text] * len(rows))
             self._marks.append((first + start, np.full(len(rows), _EXPLAINED, dtype=np.uint8)))
 
     def add_build(self, build: str) -> None:
         """Note by what rows were solved."""
         if build not in self.builds:
             self.builds = tuple(sorted((*self.builds, build)))
-            write_at(self._file, BUILDS_AT, builds_bytes(self.builds))
+            with _naming(self.path):
+                write_at(self._file, BUILDS_AT, builds_bytes(self.builds))
 
     def _append(self, rows: NDArray[np.int64], texts: list[str]) -> None:
         if not texts:
@@ -384,10 +395,11 @@ class SweepFile:
         """Mark the rows since the last time, once they are on the disk."""
         if self._marks:
             assert self._journal is not None
-            os.fsync(self._journal.fileno())
-            os.fsync(self._file.fileno())
-            for first, marks in self._marks:
-                self._write_column("mark", first, marks)
+            with _naming(self.path):
+                os.fsync(self._journal.fileno())
+                os.fsync(self._file.fileno())
+                for first, marks in self._marks:
+                    self._write_column("mark", first, marks)
             self._marks.clear()
         self._committed = time.monotonic()
 
@@ -396,14 +408,14 @@ class SweepFile:
         self._commit()
         assert self._journal is not None
         marks = self._read_marks()
-        for first, stop in runs_of(_not_whole(marks, self.columns)):
-            for name, blank in _blank(self.layout.record).items():
-                self._write_column(name, first, np.repeat(blank, stop - first, axis=0))
-        marks[marks == _BEGUN] = _NOT_RUN
-        self._write_column("mark", 0, marks)
-        index, _ = read_journal(self._journal)
-        index = index.taken(_has_message(marks, index))
-        _write_tail(self._file, self.layout, self._journal, index)
+        with _naming(self.path):
+            for first, stop in runs_of(_not_whole(marks, self.columns)):
+                for name, blank in _blank(self.layout.record).items():
+                    self._write_column(name, first, np.repeat(blank, stop - first, axis=0))
+            marks[marks == _BEGUN] = _NOT_RUN
+            self._write_column("mark", 0, marks)
+            index, _ = read_journal(self._journal)
+            _write_tail(self._file, self.layout, self._journal, index.taken(_has_message(marks, index)))
         self.close()
         journal_of(self.path).unlink(missing_ok=True)
 
