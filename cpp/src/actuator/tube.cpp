@@ -261,10 +261,31 @@ UnloadedState<double> Tube::unloaded(double pressure, SolveStatus& status) const
     if (!vanishing && table_.at(pressure, state)) return state;
     const Equilibrium at = solve_unloaded(pressure);
     status = at.converged() && !at.stable ? SolveStatus::singular_jacobian : at.status;
-    state = vanishing ? rest_ : unloaded_state(at.energy, at.shape);
+    // Once more at the very shape: `at` has the energy from before its last step, good for eight digits of a stiffness.
+    state = vanishing ? rest_ : unloaded_state(wall_.energy(at.shape), at.shape);
     state.shape = at.shape;
     return state;
 }
+
+namespace {
+
+/// The last digits of an unloaded state. A step that is negligible beside a stretch of one is not beside a strain of
+/// 1e-9, and the slack parts of fibres are made of strains.
+void polish(const Wall& wall, double pressure, Freedom free, Equilibrium& at) {
+    double last = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 8; ++i) {
+        at.energy = wall.energy(at.shape);
+        const WallEnergy<double>& e = at.energy;
+        double l = -e.g_l, w = pressure - e.g_w, t = free.twist ? -e.g_t : 0.0;
+        Factor(e, free).solve(l, w, t);
+        const double size = std::max({std::abs(l), std::abs(w), std::abs(t)});
+        if (!(size < 0.5 * last)) break;  // rounding
+        at.shape = {at.shape.stretch + l, at.shape.volume + w, at.shape.twist + t};
+        last = size;
+    }
+}
+
+}  // namespace
 
 Equilibrium Tube::solve_unloaded(double pressure, double* limit) const {
     const WallLoads loads{0.0, pressure, 0.0};
@@ -274,7 +295,10 @@ Equilibrium Tube::solve_unloaded(double pressure, double* limit) const {
     }
     if (path_.covers(pressure)) {
         Equilibrium at = relax(wall_, loads, near(pressure), freedom());
-        if (at.converged() && at.stable) return at;
+        if (at.converged() && at.stable) {
+            if (wall_.tension_only()) polish(wall_, pressure, freedom(), at);
+            return at;
+        }
     } else if (pressure > 0.0 && has_limit()) {
         const Shape<double> last = path_.last().shape;
         return {last, wall_.energy(last), SolveStatus::limit_point, true, 0};

@@ -37,7 +37,7 @@ UnloadedTable::UnloadedTable(const Wall& wall, Freedom free, double pressure_sca
     // Three times what the reference limb is made for; the path goes on to where nothing is left of a tube.
     constexpr double largest_pressure = 300.0;  // of the pressure scale
     // A smooth tube takes fifty to a hundred. What takes more is solved for when it is asked.
-    constexpr int most_samples = 600;
+    constexpr int most_samples = 300;
     // The finer points change the energy by what the fewer ones miss: a corner, if a small one.
     double end = path.last().pressure;
     if (wall.strained(path.last().shape)) {

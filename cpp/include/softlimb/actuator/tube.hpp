@@ -159,7 +159,7 @@ private:
     solve::SolveStatus linear_section(double pressure, SectionModel model, Valve valve, Section& section,
                                       double& rest_length) const;
     /// Pressure below which a tension-only tube behaves as in the limit from above [Pa].
-    double smallest_pressure() const { return 1e-6 * pressure_scale_; }
+    double smallest_pressure() const { return 1e-5 * pressure_scale_; }
     void nonlinear_law(const Equilibrium& at, double pressure, Valve valve, bool derivative,
                        SectionAtPressure& out) const;
 
