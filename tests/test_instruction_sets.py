@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from frames import solved
-from softlimb import _core, presets
+from softlimb import _core, presets, rows
 from softlimb.units import kPa
 
 PRESSURES = np.array([60.0, 40.0, 20.0, 40.0, 30.0, 10.0, 50.0, 50.0, 20.0]) * kPa
@@ -48,3 +48,9 @@ def test_one_instruction_set_gives_the_same_bits_again() -> None:
 def test_an_unknown_instruction_set_is_refused_with_the_list() -> None:
     with pytest.raises(ValueError, match=r"instruction_set must be one of baseline.*quantum"):
         _core.use_instruction_set("quantum")
+
+
+def test_the_build_that_a_sweep_records_follows_the_instruction_set() -> None:
+    for name in _core.instruction_sets():
+        _core.use_instruction_set(name)
+        assert rows.build().endswith(f"instruction set {name}")

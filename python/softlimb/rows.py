@@ -177,13 +177,14 @@ def solve_rows(
     return rows
 
 
-@cache
 def build() -> str:
     """What solves here: version, fingerprint of the compiled core, instruction set. The same text, the same bits."""
+    return f"{_compiled()}, instruction set {_core.instruction_set()}"
+
+
+@cache
+def _compiled() -> str:
     from importlib.metadata import version
 
-    instructions = getattr(_core, "instruction_set", "unknown")
-    if callable(instructions):
-        instructions = instructions()
     core = hashlib.sha256(Path(_core.__file__).read_bytes()).hexdigest()[:12]
-    return f"softlimb {version('softlimb')}, core {core}, instruction set {instructions}"
+    return f"softlimb {version('softlimb')}, core {core}"

@@ -33,6 +33,7 @@ template <class S>
 SOFTLIMB_ALWAYS_INLINE Vec3<S> cross(const Vec3<S>& a, const Vec3<S>& b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+inline bool is_zero(const Vec3<double>& a) { return a.x == 0.0 && a.y == 0.0 && a.z == 0.0; }
 template <class S>
 SOFTLIMB_ALWAYS_INLINE Vec3<S> normalised(const Vec3<S>& a) {
     using std::sqrt;

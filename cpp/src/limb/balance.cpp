@@ -89,17 +89,22 @@ void Balance::carry(const Geometry& geometry, const std::vector<Pose>& plates, c
         }
 }
 
-void Balance::end_moves(const Geometry& geometry, const std::vector<Pose>& plates, const std::vector<Vector6>& moves,
-                        int segment, int rod_in_segment, Vector6& first, Vector6& second) {
-    const Placement& place = geometry.segments[segment].rods[rod_in_segment];
-    const Arms arms = arms_of(geometry, plates, segment, place);
-    first.setZero();
-    if (segment > 0) {
-        first = moves[segment - 1];
-        first.head<3>() += Vector3(first.tail<3>()).cross(arms.base);
-    }
-    second = moves[segment];
-    second.head<3>() += Vector3(second.tail<3>()).cross(arms.end);
+void Balance::move_ends(const Geometry& geometry, const std::vector<Pose>& plates, const std::vector<Vector6>& moves,
+                        std::vector<std::vector<Vector6>>& nodes) {
+    int i = 0;
+    for (int j = 0; j < geometry.plates(); ++j)
+        for (const Placement& place : geometry.segments[j].rods) {
+            const Arms arms = arms_of(geometry, plates, j, place);
+            Vector6 &first = nodes[i].front(), &second = nodes[i].back();
+            first.setZero();
+            if (j > 0) {
+                first = moves[j - 1];
+                first.head<3>() += Vector3(first.tail<3>()).cross(arms.base);
+            }
+            second = moves[j];
+            second.head<3>() += Vector3(second.tail<3>()).cross(arms.end);
+            ++i;
+        }
 }
 
 void Balance::assemble(const Geometry& geometry, const Scene& scene, const std::vector<Pose>& plates,

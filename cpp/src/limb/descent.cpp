@@ -83,14 +83,11 @@ bool Descent::factor(const Shape& shape, double multiplier) {
 
 void Descent::solve_for_step(const Shape& shape) {
     balance_.solve(balance_.residual(), moves_.plates);
-    int i = 0;
-    for (int j = 0; j < geometry_.plates(); ++j)
-        for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
-            auto& nodes = moves_.nodes[i];
-            Balance::end_moves(geometry_, shape.plates, moves_.plates, j, static_cast<int>(k), nodes.front(),
-                               nodes.back());
-            chains_[i].recover(nodes);
-        }
+    Balance::move_ends(geometry_, shape.plates, moves_.plates, moves_.nodes);
+    for (std::size_t i = 0; i < chains_.size(); ++i) {
+        auto& nodes = moves_.nodes[i];
+        chains_[i].recover(nodes);
+    }
 }
 
 void Descent::solve_for_unstable_mode(const Shape& shape) {
@@ -119,14 +116,11 @@ void Descent::solve_for_unstable_mode(const Shape& shape) {
         Balance::carry(geometry_, shape.plates, rod_ends, rhs);
         for (int j = 0; j < geometry_.plates(); ++j) rhs[j] = balance_.projector(j) * (rhs[j] + plate_rhs[j]);
         balance_.solve(rhs, moves_.plates);
-        int i = 0;
-        for (int j = 0; j < geometry_.plates(); ++j)
-            for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
-                auto& nodes = moves_.nodes[i];
-                Balance::end_moves(geometry_, shape.plates, moves_.plates, j, static_cast<int>(k), nodes.front(),
-                                   nodes.back());
-                chains_[i].recover_with(interior[i], nodes);
-            }
+        Balance::move_ends(geometry_, shape.plates, moves_.plates, moves_.nodes);
+        for (std::size_t i = 0; i < chains_.size(); ++i) {
+            auto& nodes = moves_.nodes[i];
+            chains_[i].recover_with(interior[i], nodes);
+        }
         moves_ *= 1.0 / std::max(step_size(shape), 1e-300);
         for (int j = 0; j < geometry_.plates(); ++j) plate_rhs[j] = plate_metric_[j].cwiseProduct(moves_.plates[j]);
         for (std::size_t r = 0; r < chains_.size(); ++r)

@@ -152,16 +152,13 @@ bool Equilibrium::linearise(const Shape& shape) {
 
 void Equilibrium::propose(const Shape& shape) {
     balance_.solve(balance_.residual(), moves_.plates);
-    int i = 0;
-    for (int j = 0; j < geometry_.plates(); ++j)
-        for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
-            auto& nodes = moves_.nodes[i];
-            Balance::end_moves(geometry_, shape.plates, moves_.plates, j, static_cast<int>(k), nodes.front(),
-                               nodes.back());
-            chains_[i].recover(nodes);
-            for (int e = 0; e < chains_[i].elements(); ++e)
-                moves_.wrenches[i][e] = exact_[i][e].wrench_change(nodes[e], nodes[e + 1]);
-        }
+    Balance::move_ends(geometry_, shape.plates, moves_.plates, moves_.nodes);
+    for (std::size_t i = 0; i < chains_.size(); ++i) {
+        auto& nodes = moves_.nodes[i];
+        chains_[i].recover(nodes);
+        for (int e = 0; e < chains_[i].elements(); ++e)
+            moves_.wrenches[i][e] = exact_[i][e].wrench_change(nodes[e], nodes[e + 1]);
+    }
 }
 
 bool Equilibrium::check_finer(const Shape& shape) {
@@ -193,19 +190,16 @@ void Equilibrium::respond_to_gaps(const Shape& shape) {
     for (int j = 0; j < geometry_.plates(); ++j)
         plate_forces_[j] = (balance_.projector(j) * (carried_[j] + plate_forces_[j])).eval() + hold_rows_[j];
     balance_.solve(plate_forces_, moves_.plates);
-    int i = 0;
-    for (int j = 0; j < geometry_.plates(); ++j)
-        for (std::size_t k = 0; k < geometry_.segments[j].rods.size(); ++k, ++i) {
-            auto& nodes = moves_.nodes[i];
-            Balance::end_moves(geometry_, shape.plates, moves_.plates, j, static_cast<int>(k), nodes.front(),
-                               nodes.back());
-            chains_[i].recover_with(interior_[i], nodes);
-            for (int e = 0; e < chains_[i].elements(); ++e) {
-                const Vector6 other = exact_[i][e].gap() - gaps_[i][e];  // these gaps in place of the linearisation's
-                moves_.wrenches[i][e] =
-                    exact_[i][e].wrench_change(nodes[e], nodes[e + 1]) - exact_[i][e].wrench_for_gap(other);
-            }
+    Balance::move_ends(geometry_, shape.plates, moves_.plates, moves_.nodes);
+    for (std::size_t i = 0; i < chains_.size(); ++i) {
+        auto& nodes = moves_.nodes[i];
+        chains_[i].recover_with(interior_[i], nodes);
+        for (int e = 0; e < chains_[i].elements(); ++e) {
+            const Vector6 other = exact_[i][e].gap() - gaps_[i][e];  // these gaps in place of the linearisation's
+            moves_.wrenches[i][e] =
+                exact_[i][e].wrench_change(nodes[e], nodes[e + 1]) - exact_[i][e].wrench_for_gap(other);
         }
+    }
 }
 
 bool Equilibrium::differ(const Shape& shape, const Border& border) {

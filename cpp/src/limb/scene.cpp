@@ -15,6 +15,12 @@ rod::LineLoad<double> Scene::line_load(int i) const {
     return load;
 }
 
+bool Scene::loads_rods() const {
+    for (std::size_t i = 0; i < rods.size(); ++i)
+        if (!is_zero(line_load(static_cast<int>(i)))) return true;
+    return false;
+}
+
 bool Scene::conservative() const {
     for (std::size_t j = 0; j < wrenches.size(); ++j) {
         const auto& held = holds[j].held;
@@ -22,10 +28,8 @@ bool Scene::conservative() const {
         if (turns && !wrenches[j].tail<3>().isZero(0.0)) return false;
         if (turns && following && !wrenches[j].isZero(0.0)) return false;
     }
-    for (const RodAtPressure& rod : rods) {
-        const auto& l = rod.line_load.moment;
-        if (l.x != 0.0 || l.y != 0.0 || l.z != 0.0) return false;
-    }
+    for (const RodAtPressure& rod : rods)
+        if (!is_zero(rod.line_load.moment)) return false;
     return true;
 }
 

@@ -7,10 +7,6 @@ namespace {
 
 bool same(const Pose& a, const Pose& b) { return a.position == b.position && a.rotation == b.rotation; }
 
-bool bare(const RodAtPressure& rod) {
-    return eigen(rod.line_load.force).isZero(0.0) && eigen(rod.line_load.moment).isZero(0.0);
-}
-
 bool has_loads_at_plates(const Scene& scene) {
     return std::any_of(scene.wrenches.begin(), scene.wrenches.end(), [](const Vector6& w) { return !w.isZero(0.0); }) ||
            std::any_of(scene.holds.begin(), scene.holds.end(), [](const Hold& hold) { return hold.any(); });
@@ -72,7 +68,8 @@ bool straight_when_pulled(const Segment& segment, const RodAtPressure* rods) {
         const RodAtPressure& rod = rods[k];
         if (!place.base.rotation.isIdentity(0.0) || !same(place.base, place.end) || place.base.position.z() != 0.0)
             return false;
-        if (!(rod.section == rods[0].section) || rod.rest_length != rods[0].rest_length || !bare(rod)) return false;
+        if (!(rod.section == rods[0].section) || rod.rest_length != rods[0].rest_length || !is_zero(rod.line_load))
+            return false;
         sum += place.base.position;
         reach = std::max(reach, place.base.position.norm());
     }
@@ -82,12 +79,10 @@ bool straight_when_pulled(const Segment& segment, const RodAtPressure* rods) {
 }  // namespace
 
 bool unloaded(const Geometry& geometry, const Scene& scene) {
-    if (has_loads_at_plates(scene) || !std::all_of(scene.rods.begin(), scene.rods.end(), bare)) return false;
-    if (scene.gravity.isZero(0.0)) return true;
-    return std::none_of(geometry.segments.begin(), geometry.segments.end(),
-                        [](const Segment& s) { return s.plate_mass > 0.0; }) &&
-           std::none_of(scene.rods.begin(), scene.rods.end(),
-                        [](const RodAtPressure& rod) { return rod.section.mass_per_length > 0.0; });
+    const bool heavy_plates =
+        !scene.gravity.isZero(0.0) && std::any_of(geometry.segments.begin(), geometry.segments.end(),
+                                                  [](const Segment& segment) { return segment.plate_mass > 0.0; });
+    return !heavy_plates && !has_loads_at_plates(scene) && !scene.loads_rods();
 }
 
 std::optional<Solution> solve_apart(

@@ -47,15 +47,6 @@ std::string millimetres(double length) {
     return text.str();
 }
 
-/// Rods that carry a load between their ends.
-bool heavy(const Scene& scene) {
-    for (std::size_t i = 0; i < scene.rods.size(); ++i) {
-        const rod::LineLoad<double> load = scene.line_load(static_cast<int>(i));
-        if (!eigen(load.force).isZero(0.0) || !eigen(load.moment).isZero(0.0)) return true;
-    }
-    return false;
-}
-
 std::string count_of(int modes) { return std::to_string(modes) + (modes == 1 ? " unstable mode" : " unstable modes"); }
 
 }  // namespace
@@ -92,7 +83,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         if (attempt.report.neutral_mode)
             message += "; a move of the limb costs nothing here: the posture is one of many equal ones";
         solution.message = std::move(message);
-        if (!heavy(scene))
+        if (!scene.loads_rods())
             solution.plan.push_back("no gravity or other load along the rods: six columns a piece instead of eight");
         return std::move(solution);
     };
@@ -114,16 +105,20 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         const double away = (second->shape.plates.back().position - first.shape.plates.back().position).norm();
         return "; another stable posture exists, its tip " + millimetres(away) + " mm away";
     };
+    const auto allowed = [](const Attempt& attempt) {
+        return attempt.stable() ? "converged" : "converged to an unstable posture, as allowed";
+    };
     const auto good_enough = [&](const Attempt& attempt) {
         return attempt.converged() && (attempt.stable() || !options.prefer_stable || !solution.conservative);
     };
 
+    // A start far from the answer is worth a few steps only: the descent does better from there.
+    constexpr int patience = 15;
+    SolveOptions brief = options;
+    if (options.prefer_stable) brief.max_iterations = std::min(options.max_iterations, patience);
     Shape shape;
     if (start != nullptr) {
         shape = *start;
-        // A start far from the answer is worth a few steps only: the descent does better from there.
-        SolveOptions brief = options;
-        if (options.prefer_stable) brief.max_iterations = std::min(options.max_iterations, 15);
         Attempt attempt = refine(scene, brief, work, equilibrium, shape, solution.iterations, warm_piece);
         // A full Newton from a warm start may still run away to another posture: it must stay within reach.
         if (attempt.converged() && (!options.prefer_stable || distance(geometry, attempt.shape, shape) < 2.0)) {
@@ -142,17 +137,12 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
                 refine(scene, options, work, equilibrium, *std::move(straight), solution.iterations, warm_piece);
             if (good_enough(attempt)) {
                 solution.plan.push_back("equal pressures and loads along the axis: straight, in closed form");
-                const bool stable = attempt.stable();
-                return accept(std::move(attempt),
-                              stable ? "converged" : "converged to an unstable posture, as allowed");
+                return accept(attempt, allowed(attempt));
             }
             if (attempt.converged()) unstable = std::move(attempt);
         }
         // Exact Newton on a short leash from there: three of four hanging limbs need no more. What it finds is taken
         // when it is stable; any other end costs a few iterations and leaves the way down to the descent.
-        constexpr int patience = 15;
-        SolveOptions brief = options;
-        if (options.prefer_stable) brief.max_iterations = std::min(options.max_iterations, patience);
         Shape fine = shape;
         for (RodShape& rod : fine.rods) split_elements(rod, 4);
         set_geodesic_wrenches(scene, fine, Stiffness::softened);
@@ -163,7 +153,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         }
         if (attempt.converged() && !options.prefer_stable) {
             solution.plan.push_back("started from constant curvature: Newton alone, any equilibrium accepted");
-            return accept(attempt, attempt.stable() ? "converged" : "converged to an unstable posture, as allowed");
+            return accept(attempt, allowed(attempt));
         }
     }
 
@@ -180,9 +170,9 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         if (work.exhausted()) break;
         // From a mesh that is fine enough Newton takes three to six iterations. One that takes many more is lost, and a
         // finer mesh costs less than to wait for it.
-        SolveOptions brief = options;
-        if (parts < finest) brief.max_iterations = std::min(options.max_iterations, 12);
-        auto [fine, attempt, stayed] = attempt_on_mesh(scene, brief, work, equilibrium, parts, shape,
+        SolveOptions few = options;
+        if (parts < finest) few.max_iterations = std::min(options.max_iterations, 12);
+        auto [fine, attempt, stayed] = attempt_on_mesh(scene, few, work, equilibrium, parts, shape,
                                                        solution.descent_iterations, solution.iterations);
         if (fine.ridge && !ridge) ridge = std::move(fine.ridge);
         if (attempt.converged()) {

@@ -180,7 +180,7 @@ bool ExactElement::linearise(const RodPiece& piece, const Pose& first, const Pos
 lanes::Linear ExactElement::target(const Pose& second, ElementStiffness& out) {
     return {second.position.data(),
             second.rotation.data(),
-            {end_.pose.position.data(), end_.pose.rotation.data(), end_.wrench.data()},
+            end_.target(),
             gap_.data(),
             end_by_pose_.data(),
             end_by_wrench_inverse_.data(),
@@ -224,7 +224,7 @@ void Batch::add(const RodPiece& piece, const Pose& base, const Vector6& base_wre
                        piece.length,
                        {f.x, f.y, f.z},
                        {l.x, l.y, l.z}});
-    if (l.x != 0.0 || l.y != 0.0 || l.z != 0.0)
+    if (!is_zero(l))
         loads_ = lanes::Loads::any;
     else if (loads_ == lanes::Loads::none && piece.loaded())
         loads_ = lanes::Loads::force;

@@ -6,7 +6,6 @@ that this makes ("C++"): see `core_calls`. Answers are checked before they are t
 
 from __future__ import annotations
 
-import inspect
 import itertools
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -16,11 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softlimb import presets, sweep
+from softlimb import presets
 from softlimb.bench import checks, limbs
 from softlimb.bench.clock import Clock, Samples, quartiles, stopwatch
 from softlimb.bench.core_calls import CoreCalls
-from softlimb.limb import Limb
 from softlimb.posture import Posture
 from softlimb.units import mm, ms, us
 
@@ -412,15 +410,6 @@ def jacobian(entry: Entry, clock: Clock, effort: Effort) -> Iterator[Row]:
         yield entry.row(way, samples[way], values) if fault is None else entry.without(way, fault)
 
 
-def _takes(name: str) -> bool:
-    """Whether sweeps have that argument; what they do not know, they hand to the solve, which would refuse it."""
-    return any(name in inspect.signature(call).parameters for call in (Limb.sweep, sweep.sweep))
-
-
-def _one_thread() -> dict[str, Any]:
-    return {"threads": 1} if _takes("threads") else {}
-
-
 class _Sweeps:
     """A sweep cut into calls of equal size, some seconds in all."""
 
@@ -468,16 +457,13 @@ class _Sweeps:
 
 def random_sweep(entry: Entry, clock: Clock, effort: Effort) -> Iterator[Row]:
     """Random pressures on one thread, each row on its own."""
-    sweeps = _Sweeps(lambda count: limbs.random_pressures(count, 9, _SEED), _one_thread(), clock, effort)
+    sweeps = _Sweeps(lambda count: limbs.random_pressures(count, 9, _SEED), {"threads": 1}, clock, effort)
     yield _swept(entry, sweeps, clock)
 
 
 def grid_sweep(entry: Entry, clock: Clock, effort: Effort) -> Iterator[Row]:
     """A fine grid on one thread, where a row may start from its neighbour."""
-    if not _takes("ordered"):
-        yield entry.without("Python", "skipped: limb.sweep has no argument ordered")
-        return
-    options = {**_one_thread(), "ordered": True}
+    options = {"threads": 1, "ordered": True}
     yield _swept(entry, _Sweeps(lambda count: limbs.fine_grid(count, 3), options, clock, effort), clock)
 
 
@@ -492,9 +478,6 @@ def _swept(entry: Entry, sweeps: _Sweeps, clock: Clock) -> Row:
 
 def two_threads(entry: Entry, clock: Clock, effort: Effort) -> Iterator[Row]:
     """The same sweep on one thread and on two: the same bits, in how much less time."""
-    if not _takes("threads"):
-        yield entry.without("Python", "skipped: limb.sweep has no argument threads")
-        return
     if (os.cpu_count() or 1) < 2:
         yield entry.without("Python", "skipped: this machine has one core")
         return

@@ -39,9 +39,10 @@ public:
     /// Carries end forces of the rods to the plates: the transpose of the rods' attachment.
     static void carry(const Geometry& geometry, const std::vector<Pose>& plates,
                       const std::vector<Vector12>& rod_forces, std::vector<Vector6>& plate_forces);
-    /// Moves of a rod's two ends for given moves of the plates (base plate: zero).
-    static void end_moves(const Geometry& geometry, const std::vector<Pose>& plates, const std::vector<Vector6>& moves,
-                          int segment, int rod_in_segment, Vector6& first, Vector6& second);
+    /// Puts the moves of every rod's two ends, first and last of its `nodes`, where those of the plates take them (base
+    /// plate: zero).
+    static void move_ends(const Geometry& geometry, const std::vector<Pose>& plates, const std::vector<Vector6>& moves,
+                          std::vector<std::vector<Vector6>>& nodes);
 
 private:
     solve::BlockTridiagonal system_;

@@ -61,6 +61,8 @@ struct Scene {
 
     /// Load per rest length of rod i, its weight included.
     rod::LineLoad<double> line_load(int i) const;
+    /// Some rod carries a load between its ends, its weight included.
+    bool loads_rods() const;
     /// No potential exists: a dead moment or a following wrench on a plate that may turn, or a distributed moment.
     bool conservative() const;
 };

@@ -26,10 +26,7 @@ struct RodPiece {
     double length;  // rest length of the piece [m]
     LineLoad<double> load;
 
-    bool loaded() const {
-        const auto& [f, l] = load;
-        return f.x != 0.0 || f.y != 0.0 || f.z != 0.0 || l.x != 0.0 || l.y != 0.0 || l.z != 0.0;
-    }
+    bool loaded() const { return !is_zero(load); }
 };
 
 /// Order and number of steps of the integration through one piece.
@@ -41,6 +38,9 @@ struct Integration {
 struct EndState {
     Pose pose;
     Vector6 wrench;  // internal (n, m)
+
+    /// Where the lanes put it.
+    lanes::End target() { return {pose.position.data(), pose.rotation.data(), wrench.data()}; }
 };
 
 /// Integrates the state alone from the base of the piece to its end.
@@ -101,7 +101,7 @@ public:
     /// With its end.
     void add(const RodPiece& piece, const Pose& base, const Vector6& base_wrench, EndState& end) {
         add(piece, base, base_wrench);
-        ends_.push_back({end.pose.position.data(), end.pose.rotation.data(), end.wrench.data()});
+        ends_.push_back(end.target());
     }
     /// With the derivative of its end, as `end_slope` gives it.
     void add(const RodPiece& piece, const Pose& base, const Vector6& base_wrench, const Section& section_slope,

@@ -18,6 +18,7 @@ template <class S>
 struct LineLoad {
     Vec3<S> force{}, moment{};
 };
+inline bool is_zero(const LineLoad<double>& load) { return is_zero(load.force) && is_zero(load.moment); }
 
 /// State along a rod: position, tangent t = R e3, director d = R e1, internal moment. The internal force is known
 /// in advance: n(s) = n(0) - s f.
