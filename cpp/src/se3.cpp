@@ -23,28 +23,30 @@ struct RotationSeries {
     }
 };
 
-/// (x/2) cot(x/2) as a function of z = x^2, with first and second derivative in z. Bernoulli series below z = 1.
+/// Of (x/2) cot(x/2) in z = x^2: (-1)^k B_2k/(2k)!. The ratio of terms tends to 1/(4 pi^2); 12 terms reach 1e-19 at
+/// z = 1.
+constexpr std::array<double, 13> half_cotangent_series = {1.0,
+                                                          -1.0 / 12.0,
+                                                          -1.0 / 720.0,
+                                                          -1.0 / 30240.0,
+                                                          -1.0 / 1209600.0,
+                                                          -1.0 / 47900160.0,
+                                                          -691.0 / 1307674368000.0,
+                                                          -1.0 / 74724249600.0,
+                                                          -3617.0 / 10670622842880000.0,
+                                                          -43867.0 / 5109094217170944000.0,
+                                                          -174611.0 / 802857662698291200000.0,
+                                                          -77683.0 / 14101100039391805440000.0,
+                                                          -236364091.0 / 1693824136731743669452800000.0};
+
+/// (x/2) cot(x/2) as a function of z = x^2, with first and second derivative in z.
 void half_cotangent(double z, double& q, double& dq, double& ddq) {
     if (z < 1.0) {
-        // q = sum_k (-1)^k B_2k z^k / (2k)!: ratio of terms tends to 1/(4 pi^2); 12 terms reach 1e-19 at z = 1.
-        static constexpr std::array<double, 13> c = {1.0,
-                                                     -1.0 / 12.0,
-                                                     -1.0 / 720.0,
-                                                     -1.0 / 30240.0,
-                                                     -1.0 / 1209600.0,
-                                                     -1.0 / 47900160.0,
-                                                     -691.0 / 1307674368000.0,
-                                                     -1.0 / 74724249600.0,
-                                                     -3617.0 / 10670622842880000.0,
-                                                     -43867.0 / 5109094217170944000.0,
-                                                     -174611.0 / 802857662698291200000.0,
-                                                     -77683.0 / 14101100039391805440000.0,
-                                                     -236364091.0 / 1693824136731743669452800000.0};
         q = dq = ddq = 0.0;
         for (int k = 12; k >= 0; --k) {
             ddq = ddq * z + 2.0 * dq;
             dq = dq * z + q;
-            q = q * z + c[k];
+            q = q * z + half_cotangent_series[k];
         }
         return;
     }
@@ -76,13 +78,28 @@ Vector3 log_so3(const Matrix3& r) {
 
 Matrix3 orthonormalised(const Matrix3& r) { return 1.5 * r - 0.5 * r * (r.transpose() * r); }
 
-Matrix3 left_jacobian_inverse(const Vector3& phi) {
-    const double z = phi.squaredNorm();
+InverseJacobianCoefficient::InverseJacobianCoefficient(double z) {
+    if (z < 1.0) {
+        // beta = (1 - q)/z, q of `half_cotangent`, by the series of q without its first term.
+        beta = slope = curvature = 0.0;
+        for (int k = 12; k >= 1; --k) {
+            curvature = curvature * z + 2.0 * slope;
+            slope = slope * z + beta;
+            beta = beta * z - half_cotangent_series[k];
+        }
+        return;
+    }
     double q, dq, ddq;
     half_cotangent(z, q, dq, ddq);
-    const double c = z < 1e-12 ? 1.0 / 12.0 : (1.0 - q) / z;
+    beta = (1.0 - q) / z;
+    slope = -(dq + beta) / z;
+    curvature = -(ddq + 2.0 * slope) / z;
+}
+
+Matrix3 left_jacobian_inverse(const Vector3& phi) {
+    const InverseJacobianCoefficient c(phi.squaredNorm());
     const Matrix3 k = hat(phi);
-    return Matrix3::Identity() - 0.5 * k + c * k * k;
+    return Matrix3::Identity() - 0.5 * k + c.beta * k * k;
 }
 
 Vector6 log_se3(const Pose& g) {

@@ -56,6 +56,13 @@ Matrix3 orthonormalised(const Matrix3& r);
 /// is turned by dtheta (outer frame).
 Matrix3 left_jacobian_inverse(const Vector3& phi);
 
+/// The even coefficient of the inverse Jacobians of SO(3), 1 +- hat(phi)/2 + beta hat(phi)^2, in z = |phi|^2, with its
+/// first and second derivative.
+struct InverseJacobianCoefficient {
+    double beta, slope, curvature;
+    explicit InverseJacobianCoefficient(double z);
+};
+
 /// Twist (rho, phi) with exp = the pose `g`; |phi| < 2 pi is assumed by what follows.
 Vector6 log_se3(const Pose& g);
 Pose exp_se3(const Vector6& xi);

@@ -9,11 +9,13 @@
 namespace softlimb::limb {
 namespace {
 
-// Multipliers of the trust region, in units of the rods' bending stiffness: the ladder climbs fast from where it hardly
-// matters, a column a thousandth past buckling needs 1e-3 and less. Below `neutral` a curvature is none.
-constexpr double neutral = 1e-9, lowest_rung = 1e-5;
+// Multipliers of the trust region, in units of the rods' bending stiffness. Far from the answer one to a hundred are
+// needed, so the ladder starts there; from step to step it comes down tenfold, and a column a thousandth past buckling
+// needs 1e-3 and less. Below `neutral` a curvature is none.
+constexpr double neutral = 1e-9, lowest_rung = 1e-5, first_rung = 1.0;
 
 double next_rung(double multiplier) {
+    if (multiplier == 0.0) return first_rung;
     return multiplier < 1e-3 ? std::max(lowest_rung, 10.0 * multiplier) : 4.0 * multiplier;
 }
 
@@ -38,7 +40,7 @@ void Descent::resize(const Shape& shape) {
     double length = 0.0;
     for (int i = 0; i < rods; ++i) {
         chains_[i].resize(shape.rods[i].elements());
-        sections_[i] = softened(scene_.rods[i]);
+        sections_[i] = softened(scene_.rods[i], shape.rods[i].elements());
         elements_ += shape.rods[i].elements();
         length += scene_.rods[i].rest_length / rods;
     }
@@ -60,15 +62,20 @@ void Descent::resize(const Shape& shape) {
 }
 
 bool Descent::linearise(const Shape& shape) {
+    lanes_.clear(), lane_ends_.clear();
     for (std::size_t i = 0; i < shape.rods.size(); ++i) {
         const rod::RodPiece piece = piece_of(scene_, sections_[i], shape, static_cast<int>(i));
         const RodShape& rod = shape.rods[i];
         for (int e = 0; e < rod.elements(); ++e) {
             rod::ElementStiffness& element = chains_[i].element(e);
-            rod::geodesic_element(piece, rod.nodes[e], rod.nodes[e + 1], element);
-            if (!element.force.allFinite() || !element.stiffness.allFinite()) return false;
+            lanes_.push_back(rod::geodesic_lane(piece, rod.nodes[e], rod.nodes[e + 1]));
+            lane_ends_.push_back({element.force.data(), element.stiffness.data()});
         }
     }
+    rod::lanes::kernel().geodesics(lanes_.data(), lane_ends_.data(), static_cast<int>(lanes_.size()));
+    for (const rod::Chain& chain : chains_)
+        for (int e = 0; e < chain.elements(); ++e)
+            if (!chain.element(e).force.allFinite() || !chain.element(e).stiffness.allFinite()) return false;
     return true;
 }
 
@@ -305,10 +312,22 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
             report.status = SolveStatus::not_finite;
             return report;
         }
-        const double slope = slope_along_step(shape);
-        const double predicted = 0.5 * slope - 0.5 * multiplier * metric_norm_squared();
-        const double noise = 1e-13 * std::abs(report.energy) + 1e-300;
-        if (multiplier == 0.0 && size < settings.small_step) {
+        if (multiplier > 0.0 && size < settings.hand_over) {
+            // Near: the multiplier may be no more than what is left of the way here.
+            ++report.factorisations;
+            bool near = factor(shape, 0.0);
+            if (near) {
+                solve_for_step(shape);
+                near = step_size(shape) < settings.hand_over;
+            }
+            if (near) {
+                multiplier = 0.0;
+            } else {
+                factor(shape, multiplier);
+                solve_for_step(shape);
+            }
+        }
+        if (multiplier == 0.0 && size < settings.hand_over) {
             take_step(shape, trial);
             if (largest_element_angle(trial) < 2.0) shape = trial;
             report.status = SolveStatus::converged;
@@ -342,6 +361,9 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
             multiplier = 0.0;
             continue;
         }
+        const double slope = slope_along_step(shape);
+        const double predicted = 0.5 * slope - 0.5 * multiplier * metric_norm_squared();
+        const double noise = 1e-13 * std::abs(report.energy) + 1e-300;
         take_step(shape, trial);
         const double angle = largest_element_angle(trial);
         const double trial_energy = energy(trial);

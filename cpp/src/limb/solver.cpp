@@ -112,13 +112,12 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         return attempt.converged() && (attempt.stable() || !options.prefer_stable || !solution.conservative);
     };
 
-    // A start far from the answer is worth a few steps only: the descent does better from there.
-    constexpr int patience = 15;
-    SolveOptions brief = options;
-    if (options.prefer_stable) brief.max_iterations = std::min(options.max_iterations, patience);
     Shape shape;
     if (start != nullptr) {
         shape = *start;
+        // A start far from the answer is worth a few steps only: the descent does better from there.
+        SolveOptions brief = options;
+        if (options.prefer_stable) brief.max_iterations = std::min(options.max_iterations, 15);
         Attempt attempt = refine(scene, brief, work, equilibrium, shape, solution.iterations, warm_piece);
         // A full Newton from a warm start may still run away to another posture: it must stay within reach.
         if (attempt.converged() && (!options.prefer_stable || distance(geometry, attempt.shape, shape) < 2.0)) {
@@ -141,19 +140,15 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
             }
             if (attempt.converged()) unstable = std::move(attempt);
         }
-        // Exact Newton on a short leash from there: three of four hanging limbs need no more. What it finds is taken
-        // when it is stable; any other end costs a few iterations and leaves the way down to the descent.
-        Shape fine = shape;
-        for (RodShape& rod : fine.rods) split_elements(rod, 4);
-        set_geodesic_wrenches(scene, fine, Stiffness::softened);
-        Attempt attempt = refine(scene, brief, work, equilibrium, std::move(fine), solution.iterations);
-        if (attempt.stable() && options.prefer_stable) {
-            solution.plan.push_back("no start given: Newton from constant curvature");
-            return accept(std::move(attempt), "converged");
-        }
-        if (attempt.converged() && !options.prefer_stable) {
-            solution.plan.push_back("started from constant curvature: Newton alone, any equilibrium accepted");
-            return accept(attempt, allowed(attempt));
+        if (!options.prefer_stable) {
+            Shape fine = shape;
+            for (RodShape& rod : fine.rods) split_elements(rod, 4);
+            set_geodesic_wrenches(scene, fine, Stiffness::softened);
+            Attempt attempt = refine(scene, options, work, equilibrium, std::move(fine), solution.iterations);
+            if (attempt.converged()) {
+                solution.plan.push_back("started from constant curvature: Newton alone, any equilibrium accepted");
+                return accept(attempt, allowed(attempt));
+            }
         }
     }
 
@@ -166,7 +161,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     Attempt last;
     constexpr int finest = 64;
     double carried = 0.0;  // share of the loads without potential, where they were grown
-    for (const int parts : {4, 8, 16, finest}) {
+    for (const int parts : {2, 4, 8, 16, finest}) {
         if (work.exhausted()) break;
         // From a mesh that is fine enough Newton takes three to six iterations. One that takes many more is lost, and a
         // finer mesh costs less than to wait for it.

@@ -12,23 +12,20 @@ namespace {
 /// of where each rod alone would put the plate.
 Pose bent_segment(const Segment& segment, const RodAtPressure* rods) {
     const int count = static_cast<int>(segment.rods.size());
-    // Least squares of l = a + b x + c y over the base points; ridge keeps one or two rods, or points in a line,
-    // regular.
+    // Rest lengths l fitted by a + b x + c y, each rod as stiff against the rest as EA/l is; bending stiffness of the
+    // rods holds the slopes down, and keeps one or two rods, or points in a line, regular.
     Matrix3 normal = Matrix3::Zero();
     Vector3 right = Vector3::Zero();
-    double spread = 0.0, mean = 0.0;
+    double mean = 0.0;
+    for (int i = 0; i < count; ++i) mean += rods[i].rest_length / count;
     for (int i = 0; i < count; ++i) {
         const Vector3& at = segment.rods[i].base.position;
-        spread += at.head<2>().squaredNorm() / count;
-        mean += rods[i].rest_length / count;
-    }
-    for (int i = 0; i < count; ++i) {
-        const Vector3& at = segment.rods[i].base.position;
+        const Section section = softened(rods[i]);
         const Vector3 row(1.0, at.x(), at.y());
-        normal += row * row.transpose();
-        right += row * (rods[i].rest_length - mean);
+        normal += section.axial * row * row.transpose();
+        normal.diagonal().tail<2>().array() += section.bending;
+        right += section.axial * row * (rods[i].rest_length - mean);
     }
-    normal.diagonal() += Vector3(1e-9, 1e-9 * spread + 1e-30, 1e-9 * spread + 1e-30);
     const Vector3 fit = normal.partialPivLu().solve(right);
     // A longer rod at +x bends the segment towards -x: rotation about -y by the length slope.
     Vector3 turn(fit.z(), -fit.y(), 0.0);
@@ -99,10 +96,18 @@ Section softened(const RodAtPressure& rod) {
     return section;
 }
 
+Section softened(const RodAtPressure& rod, int elements) {
+    Section section = softened(rod);
+    const double h = rod.rest_length / elements;
+    section.shear = 1.0 / (1.0 / section.shear + h * h / (12.0 * section.bending));
+    return section;
+}
+
 void set_geodesic_wrenches(const Scene& scene, Shape& shape, Stiffness stiffness) {
     for (std::size_t i = 0; i < shape.rods.size(); ++i) {
         RodShape& rod = shape.rods[i];
-        const Section section = stiffness == Stiffness::softened ? softened(scene.rods[i]) : scene.rods[i].section;
+        const Section section =
+            stiffness == Stiffness::softened ? softened(scene.rods[i], rod.elements()) : scene.rods[i].section;
         const rod::RodPiece piece{&section, scene.rods[i].rest_length / rod.elements(),
                                   scene.line_load(static_cast<int>(i))};
         for (int e = 0; e < rod.elements(); ++e)
@@ -128,6 +133,9 @@ void split_elements(RodShape& rod, int parts) {
         for (int k = 0; k < parts; ++k) {
             nodes.push_back(rod.nodes[e] * exp_se3(xi * (static_cast<double>(k) / parts)));
             wrenches.push_back(rod.wrenches[e]);
+            // The same force, and its moment about the new node; a weight in between is left out.
+            const Vector3 arm = nodes.back().position - rod.nodes[e].position;
+            wrenches.back().tail<3>() -= arm.cross(Vector3(rod.wrenches[e].head<3>()));
         }
     }
     nodes.push_back(rod.nodes.back());

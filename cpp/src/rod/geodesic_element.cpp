@@ -1,99 +1,93 @@
 #include "softlimb/rod/element.hpp"
+#include "softlimb/rod/geodesic.hpp"
 
 namespace softlimb::rod {
 namespace {
 
 /// Stiffness of the six strains (v, u) of a section, the inverse of its compliance.
-Matrix6 strain_stiffness(const Section& s) {
-    Matrix6 k = Matrix6::Zero();
-    k.diagonal() << s.shear, s.shear, s.axial, s.bending, s.bending, s.torsion;
+StrainStiffness<double> strain_stiffness(const Section& s) {
+    StrainStiffness<double> k{s.shear, s.axial, s.bending, s.torsion, 0.0};
     if (s.extension_twist != 0.0) {
         const double c11 = 1.0 / s.axial, c22 = 1.0 / s.torsion, c12 = s.extension_twist;
         const double determinant = c11 * c22 - c12 * c12;
-        k(2, 2) = c22 / determinant;
-        k(5, 5) = c11 / determinant;
-        k(2, 5) = k(5, 2) = -c12 / determinant;
+        k.axial = c22 / determinant, k.torsion = c11 / determinant, k.coupling = -c12 / determinant;
     }
     return k;
 }
 
-struct Geodesic {
-    Vector6 xi;      // twist from the first to the second node
-    Vector6 wrench;  // in section axes, constant
-    Matrix6 stiffness;
-    double energy;
+Mat3<double> mat3(const Matrix3& r) { return {{vec3(r.col(0)), vec3(r.col(1)), vec3(r.col(2))}}; }
 
-    Geodesic(const RodPiece& piece, const Pose& first, const Pose& second)
-        : xi(log_se3(first.inverse() * second)), stiffness(strain_stiffness(*piece.section)) {
-        Vector6 strain = xi / piece.length;
-        strain(2) -= 1.0;
-        strain(5) -= piece.section->rest_twist;
-        wrench = stiffness * strain;
-        energy = 0.5 * piece.length * strain.dot(wrench);
-    }
-};
-
-double load_potential(const RodPiece& piece, const Pose& first, const Pose& second) {
-    const Vector3 f = eigen(piece.load.force);
-    return -0.5 * piece.length * f.dot(first.position + second.position);
+GeodesicData<double> data_of(const RodPiece& piece, const Pose& first, const Pose& second) {
+    const Vector6 xi = log_se3(first.inverse() * second);
+    const InverseJacobianCoefficient c(xi.tail<3>().squaredNorm());
+    return {vec3(xi.head<3>()),
+            vec3(xi.tail<3>()),
+            c.beta,
+            c.slope,
+            c.curvature,
+            mat3(first.rotation),
+            mat3(second.rotation),
+            strain_stiffness(*piece.section),
+            piece.length,
+            piece.section->rest_twist,
+            0.5 * piece.length * piece.load.force,
+            0.5 * piece.length * piece.load.moment};
 }
 
 }  // namespace
 
 double geodesic_energy(const RodPiece& piece, const Pose& first, const Pose& second) {
-    return Geodesic(piece, first, second).energy + load_potential(piece, first, second);
+    const Vector6 xi = log_se3(first.inverse() * second);
+    const StrainStiffness<double> k = strain_stiffness(*piece.section);
+    Vector6 strain = xi / piece.length;
+    strain(2) -= 1.0;
+    strain(5) -= piece.section->rest_twist;
+    const double density = k.shear * (strain(0) * strain(0) + strain(1) * strain(1)) +
+                           k.bending * (strain(3) * strain(3) + strain(4) * strain(4)) +
+                           k.axial * strain(2) * strain(2) + k.torsion * strain(5) * strain(5) +
+                           2.0 * k.coupling * strain(2) * strain(5);
+    return 0.5 * piece.length * (density - eigen(piece.load.force).dot(first.position + second.position));
 }
 
 Vector6 geodesic_base_wrench(const RodPiece& piece, const Pose& first, const Pose& second) {
-    const Geodesic g(piece, first, second);
-    const Vector6 in_section = RightJacobianInverse(-g.xi).matrix().transpose() * g.wrench;
+    GeodesicData<double> d = data_of(piece, first, second);
+    d.half_force = d.half_moment = {};
+    const GeodesicResult<double> r = geodesic(d);
     Vector6 wrench;
-    wrench << first.rotation * in_section.head<3>(), first.rotation * in_section.tail<3>();
+    wrench << -eigen(r.force[0][0]), -eigen(r.force[0][1]);
     return wrench;
 }
 
-double geodesic_element(const RodPiece& piece, const Pose& first, const Pose& second, ElementStiffness& out) {
-    const Geodesic g(piece, first, second);
-    const RightJacobianInverse right(g.xi), left(-g.xi);
-    const Matrix6 &r = right.matrix(), &l = left.matrix();
-    // dxi = r eta2 - l eta1 in node axes; forces in node axes: (-l^T w, r^T w).
-    const Matrix6 k = g.stiffness / piece.length;
-    const Matrix6 kr = r.transpose() * k + right.derivative(g.wrench);    // d(r^T w)/dxi
-    const Matrix6 kl = -(l.transpose() * k) + left.derivative(g.wrench);  // d(-l^T w)/dxi, as l = r(-xi)
-    const Vector6 f1 = -(l.transpose() * g.wrench), f2 = r.transpose() * g.wrench;
+void geodesic_element(const RodPiece& piece, const Pose& first, const Pose& second, ElementStiffness& out) {
+    const GeodesicResult<double> r = geodesic(data_of(piece, first, second));
+    for (int i = 0; i < 2; ++i)
+        for (int u = 0; u < 2; ++u) {
+            const int row = 6 * i + 3 * u;
+            out.force.segment<3>(row) = eigen(r.force[i][u]);
+            for (int j = 0; j < 2; ++j)
+                for (int v = 0; v < 2; ++v)
+                    for (int c = 0; c < 3; ++c)
+                        out.stiffness.block<3, 1>(row, 6 * j + 3 * v + c) =
+                            eigen(r.stiffness[i][j].at[u][v].column[c]);
+        }
+}
 
-    // To base axes: forces turn with their node, f_base = R f, df_base = R df + dtheta x f_base.
-    const auto turn = [](const Matrix3& rotation, const Matrix6& m) {
-        Matrix6 t;
-        t << rotation * m.topLeftCorner<3, 3>(), rotation * m.topRightCorner<3, 3>(),
-            rotation * m.bottomLeftCorner<3, 3>(), rotation * m.bottomRightCorner<3, 3>();
-        return t;
-    };
-    const auto turn_columns = [](const Matrix6& m, const Matrix3& rotation) {
-        Matrix6 t;
-        t.leftCols<3>() = m.leftCols<3>() * rotation.transpose();
-        t.rightCols<3>() = m.rightCols<3>() * rotation.transpose();
-        return t;
-    };
-    const Matrix3 &r1 = first.rotation, &r2 = second.rotation;
-    out.force << r1 * f1.head<3>(), r1 * f1.tail<3>(), r2 * f2.head<3>(), r2 * f2.tail<3>();
-    out.stiffness.topLeftCorner<6, 6>() = turn_columns(turn(r1, -kl * l), r1);
-    out.stiffness.topRightCorner<6, 6>() = turn_columns(turn(r1, kl * r), r2);
-    out.stiffness.bottomLeftCorner<6, 6>() = turn_columns(turn(r2, -kr * l), r1);
-    out.stiffness.bottomRightCorner<6, 6>() = turn_columns(turn(r2, kr * r), r2);
-    for (int node = 0; node < 2; ++node) {
-        const int at = 6 * node;
-        out.stiffness.block<3, 3>(at, at + 3) -= hat(out.force.segment<3>(at));
-        out.stiffness.block<3, 3>(at + 3, at + 3) -= hat(out.force.segment<3>(at + 3));
-    }
-    // Lumped load: minus half the load on each node.
-    const Vector3 half_force = 0.5 * piece.length * eigen(piece.load.force);
-    const Vector3 half_moment = 0.5 * piece.length * eigen(piece.load.moment);
-    out.force.segment<3>(0) -= half_force;
-    out.force.segment<3>(3) -= half_moment;
-    out.force.segment<3>(6) -= half_force;
-    out.force.segment<3>(9) -= half_moment;
-    return g.energy + load_potential(piece, first, second);
+lanes::Geodesic geodesic_lane(const RodPiece& piece, const Pose& first, const Pose& second) {
+    lanes::Geodesic lane;
+    const Vector6 xi = log_se3(first.inverse() * second);
+    const InverseJacobianCoefficient c(xi.tail<3>().squaredNorm());
+    for (int i = 0; i < 6; ++i) lane.twist[i] = xi(i);
+    lane.beta[0] = c.beta, lane.beta[1] = c.slope, lane.beta[2] = c.curvature;
+    lane.first_rotation = first.rotation.data(), lane.second_rotation = second.rotation.data();
+    const StrainStiffness<double> k = strain_stiffness(*piece.section);
+    lane.shear = k.shear, lane.axial = k.axial, lane.bending = k.bending;
+    lane.torsion = k.torsion, lane.coupling = k.coupling;
+    lane.length = piece.length, lane.rest_twist = piece.section->rest_twist;
+    const auto& [f, l] = piece.load;
+    const double half = 0.5 * piece.length;
+    lane.half_force[0] = half * f.x, lane.half_force[1] = half * f.y, lane.half_force[2] = half * f.z;
+    lane.half_moment[0] = half * l.x, lane.half_moment[1] = half * l.y, lane.half_moment[2] = half * l.z;
+    return lane;
 }
 
 }  // namespace softlimb::rod

@@ -17,7 +17,8 @@ struct DescentSettings {
     int max_iterations = 300;
     double radius = 0.5;  // first bound on a step: rotation [rad], translation in units of half a rod
     double largest_radius = 2.0;
-    double small_step = 1e-3;    // a full Newton step below this ends the descent: the exact solver takes over
+    double hand_over = 0.02;     // a full Newton step below this ends the descent: the exact solver takes over
+    double small_step = 1e-3;    // a step below this that needs a multiplier is one around an unstable equilibrium
     double largest_angle = 1.2;  // [rad] an element that bends further asks for a finer mesh
 };
 
@@ -39,6 +40,8 @@ struct DescentReport {
 struct DescentRoom {
     std::vector<Section> sections_;  // as the descent sees them, see `softened`
     std::vector<rod::Chain> chains_;
+    std::vector<rod::lanes::Geodesic> lanes_;
+    std::vector<rod::lanes::GeodesicEnd> lane_ends_;
     Balance balance_;
     Moves moves_;
     std::vector<Vector6> node_metric_, plate_metric_;  // by rod and by plate

@@ -16,6 +16,9 @@ Shape start_from_plates(const Geometry& geometry, const Scene& scene, const std:
 /// Section of a rod as the descent sees it: extension and shear no stiffer than 1e5 EI/l^2. A stiffer rod changes the
 /// posture by less than a hundred-thousandth of its load over EI/l^2, but turns the energy into a narrow curved valley.
 Section softened(const RodAtPressure& rod);
+/// The same for a geodesic that stands for one of `elements` of the rod: shear softer by h^2/(12 EI), the bow of a
+/// beam of that length h between its ends, without which a geodesic knows no sideways move but shear.
+Section softened(const RodAtPressure& rod, int elements);
 
 /// Base wrenches of all pieces from the strains of their geodesics, with the rods' own stiffness or as the descent that
 /// found the shape saw it.

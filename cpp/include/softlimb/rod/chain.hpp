@@ -35,14 +35,8 @@ public:
     void recover_with(const std::vector<Vector6>& interior, std::vector<Vector6>& nodes) const;
 
 private:
-    struct Elimination {
-        Matrix6 by_first, by_next;    // x_k = -(by_first x_0 + by_next x_(k+1) + right)
-        Matrix6 first_row, next_row;  // rows of the eliminated node in the first and the next node's balance
-        Matrix6 pivot, inverse;
-        Vector6 right;
-    };
     std::vector<ElementStiffness> elements_;
-    std::vector<Elimination> eliminations_;
+    std::vector<lanes::Elimination> eliminations_;
     ElementStiffness ends_;
 };
 

@@ -123,10 +123,11 @@ Vector6 pose_gap(const Pose& a, const Pose& b);
 
 /// The geodesic element: strain constant along the SE(3) geodesic between the nodes, quadratic energy of the section's
 /// tangent stiffness, distributed load lumped on the nodes. An energy of the nodes alone, so that a descent can trust
-/// it. Returns the energy [J], potential of the lumped forces included; lumped moments have none and enter the forces
-/// only.
+/// it. The energy [J] has the potential of the lumped forces in it; lumped moments have none and enter the forces only.
 double geodesic_energy(const RodPiece& piece, const Pose& first, const Pose& second);
-double geodesic_element(const RodPiece& piece, const Pose& first, const Pose& second, ElementStiffness& out);
+void geodesic_element(const RodPiece& piece, const Pose& first, const Pose& second, ElementStiffness& out);
+/// The same in a lane beside other elements: what the kernel asks for; `first` and `second` must outlive it.
+lanes::Geodesic geodesic_lane(const RodPiece& piece, const Pose& first, const Pose& second);
 /// Base wrench and strains of the geodesic between the nodes: the start of the exact element.
 Vector6 geodesic_base_wrench(const RodPiece& piece, const Pose& first, const Pose& second);
 

@@ -1,11 +1,16 @@
 // The kernel of rod/lanes/pieces.hpp for one instruction set: included by one source a set, which defines
 // SOFTLIMB_INSTRUCTION_SET (a namespace) and SOFTLIMB_LANES. Everything here is inlined into the functions at the end or
 // lives in that namespace, so that nothing compiled for a newer machine can be linked into the rest of the library.
+#ifdef __AVX512F__
+#include <immintrin.h>
+#endif
+
 #include <cmath>
 #include <type_traits>
 
 #include "softlimb/always_inline.hpp"
 #include "softlimb/rod/equations.hpp"
+#include "softlimb/rod/geodesic.hpp"
 #include "softlimb/rod/integrators/rk8.hpp"
 #include "softlimb/rod/lanes/pieces.hpp"
 
@@ -506,9 +511,12 @@ void linearise(const Start* starts, const Linear* out, int count, int steps, Loa
     }
 }
 
+#include "chains.ipp"
+#include "geodesics.ipp"
+
 }  // namespace
 
 extern const Kernel kernel;
-const Kernel kernel{SOFTLIMB_INSTRUCTION_SET_NAME, W, &shoot, &differentiate, &linearise};
+const Kernel kernel{SOFTLIMB_INSTRUCTION_SET_NAME, W, &shoot, &differentiate, &linearise, &geodesics, &condense};
 
 }  // namespace softlimb::rod::lanes::SOFTLIMB_INSTRUCTION_SET

@@ -85,3 +85,23 @@ SOFTLIMB_ALWAYS_INLINE Pack sqrt(Pack a) {
     for (int i = 0; i < Pack::lanes; ++i) out.set(i, __builtin_sqrt(a.get(i)));
     return out;
 }
+
+/// The first `count` lanes from memory, zeros in the others; and back. The count is a constant where these are inlined.
+SOFTLIMB_ALWAYS_INLINE Pack load_some(const double* from, int count) {
+#ifdef __AVX512F__
+    if constexpr (Pack::lanes == 8)
+        return Pack(static_cast<Pack::Raw>(_mm512_maskz_loadu_pd(static_cast<unsigned char>((1u << count) - 1u), from)));
+#endif
+    Pack p(0.0);
+    for (int i = 0; i < count; ++i) p.set(i, from[i]);
+    return p;
+}
+SOFTLIMB_ALWAYS_INLINE void store_some(double* to, const Pack& p, int count) {
+#ifdef __AVX512F__
+    if constexpr (Pack::lanes == 8) {
+        _mm512_mask_storeu_pd(to, static_cast<unsigned char>((1u << count) - 1u), static_cast<__m512d>(p.raw));
+        return;
+    }
+#endif
+    for (int i = 0; i < count; ++i) to[i] = p.get(i);
+}

@@ -55,6 +55,27 @@ struct EndSlopes {
     double* wrench;  // 6
 };
 
+/// A geodesic element: what `GeodesicData` (rod/geodesic.hpp) is made of.
+struct Geodesic {
+    double twist[6];                                  // from the first to the second node: (rho, phi)
+    double beta[3];                                   // of phi^2, with its first and second derivative
+    const double *first_rotation, *second_rotation;   // 3 x 3 by columns
+    double shear, axial, bending, torsion, coupling;  // stiffness of the strains
+    double length, rest_twist;
+    double half_force[3], half_moment[3];
+};
+
+/// Where forces on its nodes (12) and their derivatives (12 x 12 by columns) go.
+struct GeodesicEnd {
+    double *force, *stiffness;
+};
+
+/// What eliminating a chain's interior node leaves; matrices 6 x 6 by columns. The node's move is
+/// -(by_first x_first + by_next x_next + right); `first_row` is the node's column in the balance of the chain's first.
+struct Elimination {
+    double by_first[36], by_next[36], first_row[36], pivot[36], inverse[36], right[6];
+};
+
 /// How a set of pieces is loaded, hence which base rotations need an integration of their own beside the six columns of
 /// the base wrench: without load none (turn base and wrench together and the piece turns with them), with a dead force
 /// those across it, else all three.
@@ -70,6 +91,13 @@ struct Kernel {
     void (*differentiate)(const Start* starts, const Slope* slopes, const EndSlopes* out, int count, int steps);
     /// Ends and linearisations.
     void (*linearise)(const Start* starts, const Linear* out, int count, int steps, Loads loads);
+    /// Forces and stiffness of `count` geodesic elements.
+    void (*geodesics)(const Geodesic* elements, const GeodesicEnd* out, int count);
+    /// Eliminates the interior nodes of a chain of `count` elements, 12 forces and a 12 x 12 stiffness each, into one of
+    /// that kind (`ends`). `shift` (6) is added to each pivot's diagonal; `symmetric` symmetrises the pivots first. False
+    /// at the first one that cannot be inverted or, with `positive`, is not positive definite.
+    bool (*condense)(const double* elements, int count, double* ends, Elimination* out, const double* shift,
+                     bool symmetric, bool positive);
 };
 
 /// The fastest kernel that this machine can run, or the one chosen by `use`.
