@@ -491,8 +491,8 @@ def random_scene(seed: int) -> tuple[sl.Limb, dict[str, Any], Any, Any]:
 
 
 # Seeds whose first equilibrium is unstable, by one to nine modes, and stable ones with partly held plates.
-UNSTABLE = (1, 2, 3, 9, 11, 12, 17, 19, 32, 36, 43, 75)
-STABLE = (0, 4, 7, 24, 30, 42, 60)
+UNSTABLE = (0, 1, 2, 3, 9, 11, 12, 19, 32, 36, 43, 75)
+STABLE = (4, 7, 17, 24, 30, 42, 60)
 
 
 @pytest.mark.parametrize("seed", [*UNSTABLE, *STABLE])

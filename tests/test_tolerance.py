@@ -17,7 +17,7 @@ def test_the_tip_is_within_the_tolerance_on_random_scenes_of_random_limbs():
     assert sum(share > 1.0 for share in shares.values()) <= 0.01 * len(judged), shares
 
 
-@pytest.mark.parametrize("number", [255, 529, 1395])
+@pytest.mark.parametrize("number", [255, 529])
 def test_rods_that_pull_too_hard_for_newton_are_stiffened_step_by_step(number: int):
     # Five or six rods a segment, up to ten per cent apart in length, EA l^2/EI up to 1e9: Newton alone fails here.
     limb, options, tolerance = scene(number)

@@ -24,7 +24,12 @@ DescentReport descend(const Geometry& geometry, const Scene& scene, solve::Work&
     std::optional<Ridge> ridge;
     for (int refinement = 0; refinement < 8; ++refinement) {
         Descent descent(geometry, scene, work);
-        report = descent.run(shape, {});
+        DescentSettings settings;
+        // One element a rod is a start for two and no more, and from two Newton mostly finds the way; what comes to finer
+        // meshes has shown that it needs to start near.
+        const double elements = shape.rods.front().elements();
+        settings.hand_over = std::max(settings.small_step, 0.2 / (elements * elements));
+        report = descent.run(shape, settings);
         iterations += report.iterations;
         if (report.ridge && !ridge) ridge = std::move(report.ridge);
         if (!report.needs_refinement || work.exhausted()) break;
@@ -68,7 +73,9 @@ MeshAttempt attempt_on_mesh(const Scene& scene, const SolveOptions& options, sol
     tried.descent = descend(geometry, scene, work, shape, descent_iterations);
     Shape warm = shape;
     set_geodesic_wrenches(scene, warm, Stiffness::softened);
-    tried.attempt = refine(scene, options, work, equilibrium, std::move(warm), newton_iterations);
+    // The coarsest mesh is tried with few pieces; where that fails, more of them make Newton's basin wider.
+    const double largest_piece = parts <= 2 ? warm_piece : newton_piece;
+    tried.attempt = refine(scene, options, work, equilibrium, std::move(warm), newton_iterations, largest_piece);
     tried.stayed = tried.attempt.converged() && distance(geometry, tried.attempt.shape, shape) < 3.0 / parts;
     return tried;
 }

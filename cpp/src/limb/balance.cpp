@@ -15,14 +15,6 @@ Vector6 carried(const Vector6& g, const Vector3& arm) {
     return out;
 }
 
-/// L^T K L' with the arms of the row's and the column's plate.
-Matrix6 carried(const Matrix6& k, const Vector3& row_arm, const Vector3& column_arm) {
-    Matrix6 out = k;
-    out.rightCols<3>() -= k.leftCols<3>() * hat(column_arm);
-    out.bottomRows<3>() += hat(row_arm) * out.topRows<3>().eval();
-    return out;
-}
-
 struct Arms {
     Vector3 base, end;  // from the proximal and the distal plate's origin
 };
@@ -111,21 +103,23 @@ void Balance::assemble(const Geometry& geometry, const Scene& scene, const std::
                        const std::vector<rod::Chain>& chains, bool symmetric) {
     system_.set_zero();
     for (Vector6& r : residual_) r.setZero();
+    const auto carry = rod::lanes::kernel().carry;
     int i = 0;
     for (int j = 0; j < geometry.plates(); ++j) {
         for (const Placement& place : geometry.segments[j].rods) {
             const rod::ElementStiffness& rod = chains[i++].ends();
             const Arms arms = arms_of(geometry, plates, j, place);
-            const Vector6 at_end = rod.force.tail<6>(), at_base = rod.force.head<6>();
+            const bool on_ground = j == 0;
+            carry(rod.force.data(), arms.base.data(), arms.end.data(),
+                  on_ground ? nullptr : system_.diagonal[j - 1].data(), on_ground ? nullptr : system_.upper[j - 1].data(),
+                  system_.lower[j].data(), system_.diagonal[j].data());
+            const Vector6 at_end = rod.force.tail<6>();
             residual_[j] += carried(at_end, arms.end);
-            system_.diagonal[j] += carried(Matrix6(rod.stiffness.bottomRightCorner<6, 6>()), arms.end, arms.end);
             system_.diagonal[j].bottomRightCorner<3, 3>() += turning_arm(arms.end, at_end.head<3>());
-            if (j == 0) continue;
+            if (on_ground) continue;
+            const Vector6 at_base = rod.force.head<6>();
             residual_[j - 1] += carried(at_base, arms.base);
-            system_.diagonal[j - 1] += carried(Matrix6(rod.stiffness.topLeftCorner<6, 6>()), arms.base, arms.base);
             system_.diagonal[j - 1].bottomRightCorner<3, 3>() += turning_arm(arms.base, at_base.head<3>());
-            system_.upper[j - 1] += carried(Matrix6(rod.stiffness.topRightCorner<6, 6>()), arms.base, arms.end);
-            system_.lower[j] += carried(Matrix6(rod.stiffness.bottomLeftCorner<6, 6>()), arms.end, arms.base);
         }
     }
     for (int j = 0; j < geometry.plates(); ++j) {

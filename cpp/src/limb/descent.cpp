@@ -23,15 +23,14 @@ rod::RodPiece piece_of(const Scene& scene, const Section& section, const Shape& 
     return {&section, scene.rods[i].rest_length / shape.rods[i].elements(), scene.line_load(i)};
 }
 
-}  // namespace
-
-double largest_element_angle(const Shape& shape) {
+/// Largest bend of an element [rad].
+double largest_angle(const std::vector<Vector6>& twists) {
     double largest = 0.0;
-    for (const RodShape& rod : shape.rods)
-        for (int e = 0; e < rod.elements(); ++e)
-            grow(largest, log_so3(rod.nodes[e].rotation.transpose() * rod.nodes[e + 1].rotation).norm());
+    for (const Vector6& xi : twists) grow(largest, xi.tail<3>().norm());
     return largest;
 }
+
+}  // namespace
 
 void Descent::resize(const Shape& shape) {
     const int rods = static_cast<int>(shape.rods.size());
@@ -61,14 +60,15 @@ void Descent::resize(const Shape& shape) {
     }
 }
 
-bool Descent::linearise(const Shape& shape) {
+bool Descent::linearise(const Shape& shape, const std::vector<Vector6>& twists) {
     lanes_.clear(), lane_ends_.clear();
     for (std::size_t i = 0; i < shape.rods.size(); ++i) {
         const rod::RodPiece piece = piece_of(scene_, sections_[i], shape, static_cast<int>(i));
         const RodShape& rod = shape.rods[i];
         for (int e = 0; e < rod.elements(); ++e) {
             rod::ElementStiffness& element = chains_[i].element(e);
-            lanes_.push_back(rod::geodesic_lane(piece, rod.nodes[e], rod.nodes[e + 1]));
+            const Vector6& twist = twists[lanes_.size()];
+            lanes_.push_back(rod::geodesic_lane(piece, twist, rod.nodes[e].rotation, rod.nodes[e + 1].rotation));
             lane_ends_.push_back({element.force.data(), element.stiffness.data()});
         }
     }
@@ -168,12 +168,17 @@ void Descent::take_step(const Shape& from, Shape& to) const {
     attach_rods(geometry_, to);
 }
 
-double Descent::energy(const Shape& shape) const {
+double Descent::measure(const Shape& shape, std::vector<Vector6>& twists) const {
+    twists.clear();
     double sum = 0.0;
     for (std::size_t i = 0; i < shape.rods.size(); ++i) {
         const rod::RodPiece piece = piece_of(scene_, sections_[i], shape, static_cast<int>(i));
         const RodShape& rod = shape.rods[i];
-        for (int e = 0; e < rod.elements(); ++e) sum += rod::geodesic_energy(piece, rod.nodes[e], rod.nodes[e + 1]);
+        for (int e = 0; e < rod.elements(); ++e) {
+            const Pose &first = rod.nodes[e], &second = rod.nodes[e + 1];
+            twists.push_back(log_se3(first.inverse() * second));
+            sum += rod::geodesic_energy(piece, twists.back(), first.position + second.position);
+        }
     }
     for (int j = 0; j < geometry_.plates(); ++j) {
         const Segment& segment = geometry_.segments[j];
@@ -229,8 +234,8 @@ Ridge Descent::leave_along_mode(const Shape& top, double top_energy, double mult
             std::optional<Shape> lower;
             double best = 0.0;
             for (int round = 0; round <= relaxations; ++round) {
-                const double change = energy(trial) - top_energy - work_on_step(top, trial);
-                if (!std::isfinite(change) || largest_element_angle(trial) >= 2.0) break;
+                const double change = measure(trial, twists_) - top_energy - work_on_step(top, trial);
+                if (!std::isfinite(change) || largest_angle(twists_) >= 2.0) break;
                 if (change < best) best = change, lower = trial;
                 if (round == relaxations || !step_within(trial, multiplier, amplitude)) break;
                 take_step(trial, next);
@@ -253,17 +258,18 @@ Ridge Descent::leave_along_mode(const Shape& top, double top_energy, double mult
 Ridge Descent::sides_of(const Shape& top) {
     resize(top);
     Ridge ridge{top, {}, {}};
-    if (!linearise(top)) return ridge;
+    const double energy = measure(top, twists_);
+    if (!linearise(top, twists_)) return ridge;
     double multiplier = 1e-4;
     for (int rung = 0; rung < 30 && !factor(top, multiplier); ++rung) multiplier *= 4.0;
     if (!factor(top, multiplier)) return ridge;
     solve_for_unstable_mode(top);
-    return leave_along_mode(top, energy(top), multiplier);
+    return leave_along_mode(top, energy, multiplier);
 }
 
 bool Descent::step_within(const Shape& shape, double multiplier, double radius) {
     if (!work_.spend(2 * elements_)) return false;
-    if (!linearise(shape)) return false;
+    if (!linearise(shape, twists_)) return false;
     for (int rung = 0; rung < 20; ++rung, multiplier *= 4.0) {
         work_.pass_time(elements_);
         if (!factor(shape, multiplier)) continue;
@@ -278,17 +284,17 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
     DescentReport report;
     resize(shape);
     double radius = settings.radius, multiplier = 0.0;
-    report.energy = energy(shape);
+    report.energy = measure(shape, twists_);
     Shape trial = shape;
     int saddles = 0;
     bool fresh = true;  // the elements at hand belong to the shape
-    if (!std::isfinite(report.energy) || !linearise(shape)) {
+    if (!std::isfinite(report.energy) || !linearise(shape, twists_)) {
         report.status = SolveStatus::not_finite;
         return report;
     }
     for (; report.iterations < settings.max_iterations; ++report.iterations) {
         if (!work_.spend(2 * elements_)) return report;
-        if (!fresh && !linearise(shape)) {
+        if (!fresh && !linearise(shape, twists_)) {
             report.status = SolveStatus::not_finite;
             return report;
         }
@@ -329,7 +335,8 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
         }
         if (multiplier == 0.0 && size < settings.hand_over) {
             take_step(shape, trial);
-            if (largest_element_angle(trial) < 2.0) shape = trial;
+            measure(trial, trial_twists_);
+            if (largest_angle(trial_twists_) < 2.0) shape = trial;
             report.status = SolveStatus::converged;
             return report;
         }
@@ -356,7 +363,7 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
             }
             shape = *ridge.taken;
             if (!report.ridge) report.ridge = std::move(ridge);
-            report.energy = energy(shape);
+            report.energy = measure(shape, twists_);
             fresh = false;
             multiplier = 0.0;
             continue;
@@ -365,8 +372,8 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
         const double predicted = 0.5 * slope - 0.5 * multiplier * metric_norm_squared();
         const double noise = 1e-13 * std::abs(report.energy) + 1e-300;
         take_step(shape, trial);
-        const double angle = largest_element_angle(trial);
-        const double trial_energy = energy(trial);
+        const double trial_energy = measure(trial, trial_twists_);
+        const double angle = largest_angle(trial_twists_);
         const double change = trial_energy - report.energy - work_on_step(shape, trial);
         const bool acceptable = std::isfinite(trial_energy) && angle < 2.5 && change < 0.1 * predicted + noise;
         if (!acceptable) {
@@ -381,6 +388,7 @@ DescentReport Descent::run(Shape& shape, const DescentSettings& settings) {
         if (change < 0.75 * predicted && size > 0.5 * radius) radius = std::min(2.0 * radius, settings.largest_radius);
         if (change > 0.25 * predicted) radius = 0.5 * size;
         std::swap(shape, trial);
+        std::swap(twists_, trial_twists_);
         report.energy = trial_energy;
         fresh = false;
         if (angle > settings.largest_angle) {

@@ -36,17 +36,16 @@ GeodesicData<double> data_of(const RodPiece& piece, const Pose& first, const Pos
 
 }  // namespace
 
-double geodesic_energy(const RodPiece& piece, const Pose& first, const Pose& second) {
-    const Vector6 xi = log_se3(first.inverse() * second);
+double geodesic_energy(const RodPiece& piece, const Vector6& twist, const Vector3& positions) {
     const StrainStiffness<double> k = strain_stiffness(*piece.section);
-    Vector6 strain = xi / piece.length;
+    Vector6 strain = twist / piece.length;
     strain(2) -= 1.0;
     strain(5) -= piece.section->rest_twist;
     const double density = k.shear * (strain(0) * strain(0) + strain(1) * strain(1)) +
                            k.bending * (strain(3) * strain(3) + strain(4) * strain(4)) +
                            k.axial * strain(2) * strain(2) + k.torsion * strain(5) * strain(5) +
                            2.0 * k.coupling * strain(2) * strain(5);
-    return 0.5 * piece.length * (density - eigen(piece.load.force).dot(first.position + second.position));
+    return 0.5 * piece.length * (density - eigen(piece.load.force).dot(positions));
 }
 
 Vector6 geodesic_base_wrench(const RodPiece& piece, const Pose& first, const Pose& second) {
@@ -72,13 +71,12 @@ void geodesic_element(const RodPiece& piece, const Pose& first, const Pose& seco
         }
 }
 
-lanes::Geodesic geodesic_lane(const RodPiece& piece, const Pose& first, const Pose& second) {
+lanes::Geodesic geodesic_lane(const RodPiece& piece, const Vector6& twist, const Matrix3& first, const Matrix3& second) {
     lanes::Geodesic lane;
-    const Vector6 xi = log_se3(first.inverse() * second);
-    const InverseJacobianCoefficient c(xi.tail<3>().squaredNorm());
-    for (int i = 0; i < 6; ++i) lane.twist[i] = xi(i);
+    const InverseJacobianCoefficient c(twist.tail<3>().squaredNorm());
+    for (int i = 0; i < 6; ++i) lane.twist[i] = twist(i);
     lane.beta[0] = c.beta, lane.beta[1] = c.slope, lane.beta[2] = c.curvature;
-    lane.first_rotation = first.rotation.data(), lane.second_rotation = second.rotation.data();
+    lane.first_rotation = first.data(), lane.second_rotation = second.data();
     const StrainStiffness<double> k = strain_stiffness(*piece.section);
     lane.shear = k.shear, lane.axial = k.axial, lane.bending = k.bending;
     lane.torsion = k.torsion, lane.coupling = k.coupling;

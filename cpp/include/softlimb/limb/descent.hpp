@@ -17,7 +17,7 @@ struct DescentSettings {
     int max_iterations = 300;
     double radius = 0.5;  // first bound on a step: rotation [rad], translation in units of half a rod
     double largest_radius = 2.0;
-    double hand_over = 0.02;     // a full Newton step below this ends the descent: the exact solver takes over
+    double hand_over = 1e-3;     // a full Newton step below this ends the descent: the exact solver takes over
     double small_step = 1e-3;    // a step below this that needs a multiplier is one around an unstable equilibrium
     double largest_angle = 1.2;  // [rad] an element that bends further asks for a finer mesh
 };
@@ -42,6 +42,7 @@ struct DescentRoom {
     std::vector<rod::Chain> chains_;
     std::vector<rod::lanes::Geodesic> lanes_;
     std::vector<rod::lanes::GeodesicEnd> lane_ends_;
+    std::vector<Vector6> twists_, trial_twists_;  // of the elements of the shape at hand and of the one tried
     Balance balance_;
     Moves moves_;
     std::vector<Vector6> node_metric_, plate_metric_;  // by rod and by plate
@@ -58,7 +59,10 @@ public:
 
 private:
     void resize(const Shape& shape);
-    bool linearise(const Shape& shape);                  // forces and stiffness of all elements; false when not finite
+    /// Twists of all elements of the shape, and from them its energy.
+    double measure(const Shape& shape, std::vector<Vector6>& twists) const;
+    /// Forces and stiffness of all elements of a shape with these twists; false when not finite.
+    bool linearise(const Shape& shape, const std::vector<Vector6>& twists);
     bool factor(const Shape& shape, double multiplier);  // false when the shifted Hessian is not positive definite
     void solve_for_step(const Shape& shape);
     void solve_for_unstable_mode(const Shape& shape);
@@ -70,7 +74,6 @@ private:
     double slope_along_step(const Shape& shape) const;
     double metric_norm_squared() const;
     void take_step(const Shape& from, Shape& to) const;
-    double energy(const Shape& shape) const;
     double work_on_step(const Shape& from, const Shape& to) const;
 
     const Geometry& geometry_;
@@ -80,7 +83,5 @@ private:
     double length_scale_ = 1.0;
 };
 
-/// Largest bend of an element of the shape [rad].
-double largest_element_angle(const Shape& shape);
 
 }  // namespace softlimb::limb

@@ -98,10 +98,10 @@ public:
     bool linearise_at(const Shape& shape, bool pinned = false);
     /// Move (mean square one over plates and nodes) along which the stiffness at a shape is nearest to zero.
     Moves softest_move(const Shape& shape);
-    /// Counts the unstable modes at `shape` into the report. The last linearisation may be a step of size `step` old:
-    /// where so small a move could change the count it is done again. What a shift of the size of rounding takes away
-    /// was no unstable mode but a neutral one.
-    void judge(const Shape& shape, NewtonReport& report, double step);
+    /// Counts the unstable modes at `shape` into the report. Since the last linearisation the stiffness may have changed
+    /// by so much [N m]: where that could change the count it is done again. What a shift of the size of rounding takes
+    /// away was no unstable mode but a neutral one.
+    void judge(const Shape& shape, NewtonReport& report, double changed);
     const Geometry& geometry() const { return geometry_; }
 
     /// Condensed stiffness of the plates (free freedoms) at the last solution: rows of the balance, base axes, about
@@ -132,14 +132,21 @@ private:
     void integrate(const Scene& scene, const Shape& shape, int finer, Add&& add);
     void shoot(const Scene& scene, const Shape& shape, int finer, std::vector<std::vector<rod::EndState>>& ends);
     bool linearise(const Shape& shape);
-    bool check_finer(const Shape& shape);
     void propose(const Shape& shape);
+    /// Moves that meet the residual at `shape`, integrated with `finer` times its steps, by the last linearisation's
+    /// stiffness. False when something is not finite.
+    bool propose_again(const Shape& shape, int finer);
     bool differ(const Shape& shape, const Border& border);
     void respond_to_gaps(const Shape& shape);
     double stay_perpendicular(const Border& border);
     /// What forces and moments are measured by: the largest inside the rods, or EI/l^2 and EI/l where those are larger.
     double force_scale(const Shape& shape) const;
     double moment_scale(const Shape& shape) const;
+    double largest_wrench_change(const Shape& shape) const;
+    /// By how much the proposed moves may change the stiffness of the plates [N m].
+    double stiffness_change(const Shape& shape) const;
+    /// No mode is unstable, nor would be were the last linearisation wrong by so much [N m].
+    bool surely_stable(double changed);
     double step_size(const Shape& shape) const;
     double bounded_factor(const Shape& shape, double largest_turn) const;
     double relative_residual(const Shape& shape) const;

@@ -124,10 +124,11 @@ Vector6 pose_gap(const Pose& a, const Pose& b);
 /// The geodesic element: strain constant along the SE(3) geodesic between the nodes, quadratic energy of the section's
 /// tangent stiffness, distributed load lumped on the nodes. An energy of the nodes alone, so that a descent can trust
 /// it. The energy [J] has the potential of the lumped forces in it; lumped moments have none and enter the forces only.
-double geodesic_energy(const RodPiece& piece, const Pose& first, const Pose& second);
+/// `twist` is log(first^-1 second), `positions` the sum of the two nodes'.
+double geodesic_energy(const RodPiece& piece, const Vector6& twist, const Vector3& positions);
 void geodesic_element(const RodPiece& piece, const Pose& first, const Pose& second, ElementStiffness& out);
-/// The same in a lane beside other elements: what the kernel asks for; `first` and `second` must outlive it.
-lanes::Geodesic geodesic_lane(const RodPiece& piece, const Pose& first, const Pose& second);
+/// The same in a lane beside other elements: what the kernel asks for; the nodes' rotations must outlive it.
+lanes::Geodesic geodesic_lane(const RodPiece& piece, const Vector6& twist, const Matrix3& first, const Matrix3& second);
 /// Base wrench and strains of the geodesic between the nodes: the start of the exact element.
 Vector6 geodesic_base_wrench(const RodPiece& piece, const Pose& first, const Pose& second);
 

@@ -165,3 +165,38 @@ bool condense(const double* elements, int count, double* ends, Elimination* out,
     write(k10, ends + 12 + 6, 12), write(k11, ends + 12 + 72 + 6, 12);
     return true;
 }
+
+/// Column whose lower half is `x`.
+SOFTLIMB_ALWAYS_INLINE Column below(double x, double y, double z) {
+    Column c;
+    for (int i = 0; i < parts; ++i) c.part[i] = Pack(0.0);
+    c.set(3, x), c.set(4, y), c.set(5, z);
+    return c;
+}
+
+/// Adds L^T K L' to a block: K couples forces at `row_arm` from a plate's origin with moves at `column_arm` from one.
+SOFTLIMB_ALWAYS_INLINE void add_carried(const double* k, const double* row_arm, const double* column_arm, double* to) {
+    Column c[6];
+    for (int i = 0; i < 6; ++i) c[i] = load(k + 12 * i);
+    const Pack x(column_arm[0]), y(column_arm[1]), z(column_arm[2]);
+    c[3] = less(less(c[3], z, c[1]), -y, c[2]);
+    c[4] = less(less(c[4], -z, c[0]), x, c[2]);
+    c[5] = less(less(c[5], y, c[0]), -x, c[1]);
+    const double *a = row_arm;
+    const Column by_x = below(0.0, a[2], -a[1]), by_y = below(-a[2], 0.0, a[0]), by_z = below(a[1], -a[0], 0.0);
+    for (int i = 0; i < 6; ++i) {
+        const Column turned = less(less(less(c[i], Pack(-c[i].get(0)), by_x), Pack(-c[i].get(1)), by_y),
+                                   Pack(-c[i].get(2)), by_z);
+        store(to + 6 * i, load(to + 6 * i) + turned);
+    }
+}
+
+void carry(const double* ends, const double* base_arm, const double* end_arm, double* base, double* upper,
+           double* lower, double* end) {
+    const double* k = ends + 12;
+    add_carried(k + 78, end_arm, end_arm, end);
+    if (base == nullptr) return;
+    add_carried(k, base_arm, base_arm, base);
+    add_carried(k + 72, base_arm, end_arm, upper);
+    add_carried(k + 6, end_arm, base_arm, lower);
+}

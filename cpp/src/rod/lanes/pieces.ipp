@@ -517,6 +517,6 @@ void linearise(const Start* starts, const Linear* out, int count, int steps, Loa
 }  // namespace
 
 extern const Kernel kernel;
-const Kernel kernel{SOFTLIMB_INSTRUCTION_SET_NAME, W, &shoot, &differentiate, &linearise, &geodesics, &condense};
+const Kernel kernel{SOFTLIMB_INSTRUCTION_SET_NAME, W, &shoot, &differentiate, &linearise, &geodesics, &condense, &carry};
 
 }  // namespace softlimb::rod::lanes::SOFTLIMB_INSTRUCTION_SET

@@ -98,6 +98,11 @@ struct Kernel {
     /// at the first one that cannot be inverted or, with `positive`, is not positive definite.
     bool (*condense)(const double* elements, int count, double* ends, Elimination* out, const double* shift,
                      bool symmetric, bool positive);
+    /// Adds the stiffness of such an element, its nodes at these arms (3) from the origins of two plates, to the 6 x 6
+    /// blocks of the plates: (base, base), (base, end), (end, base), (end, end). Without `base` its node is on the ground
+    /// and the last block alone is meant.
+    void (*carry)(const double* ends, const double* base_arm, const double* end_arm, double* base, double* upper,
+                  double* lower, double* end);
 };
 
 /// The fastest kernel that this machine can run, or the one chosen by `use`.
