@@ -131,4 +131,15 @@ inline Pose moved(const Pose& pose, const Vector6& x) {
     return {pose.position + x.head<3>(), exp_so3(x.tail<3>()) * pose.rotation};
 }
 
+/// Runs once with each kernel that this machine can run.
+template <class Run>
+void with_every_instruction_set(Run&& run) {
+    const std::string before = rod::lanes::kernel().instruction_set;
+    for (const rod::lanes::Kernel* kernel : rod::lanes::kernels()) {
+        rod::lanes::use(kernel->instruction_set);
+        run();
+    }
+    rod::lanes::use(before);
+}
+
 }  // namespace softlimb::tests

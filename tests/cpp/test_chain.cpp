@@ -65,55 +65,61 @@ int dense_negative_eigenvalues(const Chain& chain, double lift) {
 }  // namespace
 
 CLAIM(a_condensed_chain_answers_as_the_assembled_one_does) {
-    Draw draw(20);
-    for (const int elements : {1, 2, 3, 8})
-        for (const bool symmetric : {true, false}) {
-            Chain chain = random_chain(draw, elements, symmetric, 4.0);
-            CHECK(chain.condense(Vector6::Zero(), false, false));
-            std::vector<Vector12> other(elements);
-            std::vector<Vector6> interior(elements + 1, Vector6::Zero()), nodes(elements + 1);
-            for (Vector12& load : other) load = draw.matrix<Vector12>();
-            for (const bool own : {true, false}) {
-                nodes.front() = draw.matrix<Vector6>(), nodes.back() = draw.matrix<Vector6>();
-                Vector12 ends_move, ends_force = chain.ends().force;
-                ends_move << nodes.front(), nodes.back();
-                if (own) {
-                    chain.recover(nodes);
-                } else {
-                    ends_force = chain.condense_loads(other, interior);
-                    chain.recover_with(interior, nodes);
+    with_every_instruction_set([] {
+        Draw draw(20);
+        for (const int elements : {1, 2, 3, 8})
+            for (const bool symmetric : {true, false}) {
+                Chain chain = random_chain(draw, elements, symmetric, 4.0);
+                CHECK(chain.condense(Vector6::Zero(), false, false));
+                std::vector<Vector12> other(elements);
+                std::vector<Vector6> interior(elements + 1, Vector6::Zero()), nodes(elements + 1);
+                for (Vector12& load : other) load = draw.matrix<Vector12>();
+                for (const bool own : {true, false}) {
+                    nodes.front() = draw.matrix<Vector6>(), nodes.back() = draw.matrix<Vector6>();
+                    Vector12 ends_move, ends_force = chain.ends().force;
+                    ends_move << nodes.front(), nodes.back();
+                    if (own) {
+                        chain.recover(nodes);
+                    } else {
+                        ends_force = chain.condense_loads(other, interior);
+                        chain.recover_with(interior, nodes);
+                    }
+                    const std::vector<Vector6> rest = assembled(chain, own ? own_loads(chain) : other, nodes);
+                    const Vector12 ends = chain.ends().stiffness * ends_move + ends_force;
+                    // The floor keeps pivots away from zero: a few hundred roundings of numbers up to ten.
+                    for (int e = 1; e < elements; ++e) CHECK_NEAR(rest[e], Vector6::Zero(), 1e-11);
+                    CHECK_NEAR(rest.front(), ends.head<6>(), 1e-11);
+                    CHECK_NEAR(rest.back(), ends.tail<6>(), 1e-11);
                 }
-                const std::vector<Vector6> rest = assembled(chain, own ? own_loads(chain) : other, nodes);
-                const Vector12 ends = chain.ends().stiffness * ends_move + ends_force;
-                // The floor keeps pivots away from zero: a few hundred roundings of numbers up to ten.
-                for (int e = 1; e < elements; ++e) CHECK_NEAR(rest[e], Vector6::Zero(), 1e-11);
-                CHECK_NEAR(rest.front(), ends.head<6>(), 1e-11);
-                CHECK_NEAR(rest.back(), ends.tail<6>(), 1e-11);
             }
-        }
+    });
 }
 
 CLAIM(negative_pivots_count_the_unstable_modes_between_held_ends) {
-    Draw draw(21);
-    for (int trial = 0; trial < 20; ++trial) {
-        Chain chain = random_chain(draw, 5, true, 0.0);
-        for (const double lift : {0.0, 1.0, 2.0, 3.0, 30.0}) {
-            const int negative = dense_negative_eigenvalues(chain, lift);
-            CHECK(chain.condense(Vector6::Constant(lift), true, false));
-            CHECK(chain.negative_pivots() == negative);
-            CHECK(chain.condense(Vector6::Constant(lift), true, true) == (negative == 0));
+    with_every_instruction_set([] {
+        Draw draw(21);
+        for (int trial = 0; trial < 20; ++trial) {
+            Chain chain = random_chain(draw, 5, true, 0.0);
+            for (const double lift : {0.0, 1.0, 2.0, 3.0, 30.0}) {
+                const int negative = dense_negative_eigenvalues(chain, lift);
+                CHECK(chain.condense(Vector6::Constant(lift), true, false));
+                CHECK(chain.negative_pivots() == negative);
+                CHECK(chain.condense(Vector6::Constant(lift), true, true) == (negative == 0));
+            }
         }
-    }
+    });
 }
 
 CLAIM(a_chain_that_cannot_be_eliminated_says_so) {
-    Chain chain;
-    chain.resize(3);
-    for (int e = 0; e < 3; ++e) chain.element(e) = {Vector12::Zero(), Matrix12::Zero()};
-    CHECK(!chain.condense(Vector6::Zero(), false, false));
-    for (int e = 0; e < 3; ++e) chain.element(e).stiffness.setConstant(std::numeric_limits<double>::quiet_NaN());
-    CHECK(!chain.condense(Vector6::Zero(), false, false));
-    CHECK(!chain.condense(Vector6::Zero(), true, true));
+    with_every_instruction_set([] {
+        Chain chain;
+        chain.resize(3);
+        for (int e = 0; e < 3; ++e) chain.element(e) = {Vector12::Zero(), Matrix12::Zero()};
+        CHECK(!chain.condense(Vector6::Zero(), false, false));
+        for (int e = 0; e < 3; ++e) chain.element(e).stiffness.setConstant(std::numeric_limits<double>::quiet_NaN());
+        CHECK(!chain.condense(Vector6::Zero(), false, false));
+        CHECK(!chain.condense(Vector6::Zero(), true, true));
+    });
 }
 
 CLAIM(block_tridiagonal_systems_are_solved) {

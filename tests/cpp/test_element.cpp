@@ -161,9 +161,11 @@ CLAIM(the_geodesic_element_has_the_gradient_and_the_hessian_of_central_differenc
             Vector6 xi;
             xi << 0.02 * draw.matrix<Vector3>() + Vector3(0, 0, piece.length), angle * draw.direction();
             const Pose second = first * exp_se3(xi);
+            const auto energy = [&](const Pose& a, const Pose& b) {
+                return geodesic_energy(piece, log_se3(a.inverse() * b), a.position + b.position);
+            };
             ElementStiffness at, up, down;
-            const double energy = geodesic_element(piece, first, second, at);
-            CHECK_NEAR(energy, geodesic_energy(piece, first, second), 1e-14 * std::abs(energy) + 1e-18);
+            geodesic_element(piece, first, second, at);
             Vector12 lumped_moment = Vector12::Zero();  // has no potential
             lumped_moment.segment<3>(3) = lumped_moment.tail<3>() = -0.5 * piece.length * eigen(piece.load.moment);
             const double size = at.stiffness.cwiseAbs().maxCoeff(), force = at.force.cwiseAbs().maxCoeff() + size;
@@ -174,8 +176,8 @@ CLAIM(the_geodesic_element_has_the_gradient_and_the_hessian_of_central_differenc
                 };
                 const auto [a, b] = nodes(change);
                 const auto [c, d] = nodes(-change);
-                const double slope =
-                    (geodesic_element(piece, a, b, up) - geodesic_element(piece, c, d, down)) / (2.0 * step);
+                geodesic_element(piece, a, b, up), geodesic_element(piece, c, d, down);
+                const double slope = (energy(a, b) - energy(c, d)) / (2.0 * step);
                 CHECK_NEAR(at.force(k) - lumped_moment(k), slope, 1e-7 * force);
                 CHECK_NEAR(at.stiffness.col(k), (up.force - down.force) / (2.0 * step), 1e-6 * size);
             }

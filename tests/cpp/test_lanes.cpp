@@ -55,16 +55,6 @@ Linearised in_lanes(const Pieces& p, int steps, int from, int to) {
     return out;
 }
 
-template <class Run>
-void with_every_instruction_set(Run&& run) {
-    const std::string before = lanes::kernel().instruction_set;
-    for (const lanes::Kernel* kernel : lanes::kernels()) {
-        lanes::use(kernel->instruction_set);
-        run();
-    }
-    lanes::use(before);
-}
-
 }  // namespace
 
 CLAIM(lanes_linearise_as_the_plain_element_does) {
@@ -186,4 +176,63 @@ CLAIM(lanes_differentiate_as_dual_numbers_do) {
             }
         });
     }
+}
+
+CLAIM(geodesic_elements_in_lanes_are_the_plain_ones_to_rounding_and_to_the_bit_in_any_lane) {
+    Draw draw(75);
+    Pieces p(draw, 17, lanes::Loads::any, 0.3);
+    p.sections[1].extension_twist = 0.2 / std::sqrt(p.sections[1].axial * p.sections[1].torsion);
+    for (std::size_t i = 0; i < p.pieces.size(); ++i) p.pieces[i].section = &p.sections[i % 3];
+    const auto run = [&](int from, int to) {
+        std::vector<ElementStiffness> out(to - from);
+        std::vector<lanes::Geodesic> elements;
+        std::vector<lanes::GeodesicEnd> ends;
+        for (int i = from; i < to; ++i) {
+            const Vector6 twist = log_se3(p.first[i].inverse() * p.second[i]);
+            elements.push_back(geodesic_lane(p.pieces[i], twist, p.first[i].rotation, p.second[i].rotation));
+            ends.push_back({out[i - from].force.data(), out[i - from].stiffness.data()});
+        }
+        lanes::kernel().geodesics(elements.data(), ends.data(), to - from);
+        return out;
+    };
+    with_every_instruction_set([&] {
+        const std::vector<ElementStiffness> all = run(0, p.count());
+        for (int i = 0; i < p.count(); ++i) {
+            ElementStiffness plain;
+            geodesic_element(p.pieces[i], p.first[i], p.second[i], plain);
+            // Sums of some tens of products of the largest entries' size.
+            CHECK_NEAR(all[i].stiffness, plain.stiffness, 1e-14 * plain.stiffness.cwiseAbs().maxCoeff());
+            CHECK_NEAR(all[i].force, plain.force, 1e-13 * plain.force.cwiseAbs().maxCoeff());
+            const ElementStiffness alone = run(i, i + 1).front();
+            CHECK(same_numbers(alone.stiffness, all[i].stiffness));
+            CHECK(same_numbers(alone.force, all[i].force));
+        }
+    });
+}
+
+CLAIM(an_element_is_carried_to_its_plates_by_its_arms) {
+    Draw draw(76);
+    ElementStiffness ends{draw.matrix<Vector12>(), draw.matrix<Matrix12>()};
+    const Vector3 base = draw.matrix<Vector3>(), end = draw.matrix<Vector3>();
+    const auto arm = [](const Vector3& a) {  // moves at the arm by moves of the plate's origin
+        Matrix6 l = Matrix6::Identity();
+        l.topRightCorner<3, 3>() = -hat(a);
+        return l;
+    };
+    Matrix12 both = Matrix12::Zero();
+    both.topLeftCorner<6, 6>() = arm(base), both.bottomRightCorner<6, 6>() = arm(end);
+    const Matrix12 expected = both.transpose() * ends.stiffness * both;
+    const Matrix6 before = draw.matrix<Matrix6>();
+    with_every_instruction_set([&] {
+        Matrix6 at_base = before, upper = before, lower = before, at_end = before;
+        lanes::kernel().carry(ends.force.data(), base.data(), end.data(), at_base.data(), upper.data(), lower.data(),
+                              at_end.data());
+        CHECK_NEAR(at_base, (before + expected.topLeftCorner<6, 6>()), 1e-14 * expected.norm());
+        CHECK_NEAR(upper, (before + expected.topRightCorner<6, 6>()), 1e-14 * expected.norm());
+        CHECK_NEAR(lower, (before + expected.bottomLeftCorner<6, 6>()), 1e-14 * expected.norm());
+        CHECK_NEAR(at_end, (before + expected.bottomRightCorner<6, 6>()), 1e-14 * expected.norm());
+        Matrix6 grounded = before;
+        lanes::kernel().carry(ends.force.data(), base.data(), end.data(), nullptr, nullptr, nullptr, grounded.data());
+        CHECK_NEAR(grounded, at_end, 0.0);
+    });
 }

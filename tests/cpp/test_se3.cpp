@@ -62,43 +62,20 @@ CLAIM(a_pose_times_its_inverse_is_the_identity) {
     CHECK_NEAR(unit.rotation, Matrix3::Identity(), 1e-15);
 }
 
-CLAIM(hat_is_the_cross_product_and_ad_is_antisymmetric_in_its_two_twists) {
+CLAIM(hat_is_the_cross_product) {
     Draw draw(4);
     const Vector3 a = draw.matrix<Vector3>(), b = draw.matrix<Vector3>();
     CHECK_NEAR(hat(a) * b, a.cross(b), 1e-16);
-    const Vector6 x = draw.matrix<Vector6>(), y = draw.matrix<Vector6>();
-    CHECK_NEAR(ad(x) * y, -(ad(y) * x), 1e-15);
 }
 
-CLAIM(the_right_jacobian_inverse_is_the_slope_of_the_logarithm) {
-    Draw draw(5);
-    for (const double angle : angles) {
-        if (angle > 3.1) continue;
-        const Vector6 xi = twist(draw, angle);
-        const Matrix6 jacobian = RightJacobianInverse(xi).matrix();
-        const Matrix6 left = RightJacobianInverse(-xi).matrix();
-        for (int k = 0; k < 6; ++k) {
-            const Vector6 eta = step * Vector6::Unit(k);
-            const Pose g = exp_se3(xi), plus = exp_se3(eta), minus = exp_se3(-eta);
-            CHECK_NEAR(jacobian.col(k), (log_se3(g * plus) - log_se3(g * minus)) / (2.0 * step), slope_tolerance);
-            CHECK_NEAR(left.col(k), (log_se3(plus * g) - log_se3(minus * g)) / (2.0 * step), slope_tolerance);
-        }
-    }
-}
-
-CLAIM(the_derivative_of_the_right_jacobian_inverse_is_its_slope_at_a_fixed_wrench) {
-    Draw draw(6);
-    for (double angle : angles) {
-        if (angle > 3.1) continue;
-        const Vector6 xi = twist(draw, angle), w = draw.matrix<Vector6>();
-        const Matrix6 derivative = RightJacobianInverse(xi).derivative(w);
-        for (int k = 0; k < 6; ++k) {
-            const Vector6 plus = xi + step * Vector6::Unit(k), minus = xi - step * Vector6::Unit(k);
-            const Vector6 slope = (RightJacobianInverse(plus).matrix().transpose() * w -
-                                   RightJacobianInverse(minus).matrix().transpose() * w) /
-                                  (2.0 * step);
-            CHECK_NEAR(derivative.col(k), slope, slope_tolerance);
-        }
+CLAIM(the_coefficient_of_the_inverse_jacobian_comes_with_its_slopes) {
+    // On both sides of where the series ends, at z = 1, and at zero, where beta is 1/12.
+    CHECK_NEAR(InverseJacobianCoefficient(0.0).beta, 1.0 / 12.0, 1e-17);
+    for (const double z : {0.0, 1e-6, 0.5, 0.99, 1.01, 4.0, 9.0}) {
+        const InverseJacobianCoefficient up(z + step), down(z - step), here(z);
+        if (z > 0.0) CHECK_NEAR(here.beta, (1.0 - 0.5 * std::sqrt(z) / std::tan(0.5 * std::sqrt(z))) / z, 1e-9);
+        CHECK_NEAR(here.slope, (up.beta - down.beta) / (2.0 * step), slope_tolerance);
+        CHECK_NEAR(here.curvature, (up.slope - down.slope) / (2.0 * step), slope_tolerance);
     }
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Rotations, poses, and the exponential map of SE(3) with the derivatives that the descent needs.
+// Rotations, poses, and the exponential map of SE(3) with the coefficients that its derivatives need.
 // Twists and wrenches are ordered (linear, angular). Source: cpp/MECHANICS.md, "Rotations".
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -66,22 +66,5 @@ struct InverseJacobianCoefficient {
 /// Twist (rho, phi) with exp = the pose `g`; |phi| < 2 pi is assumed by what follows.
 Vector6 log_se3(const Pose& g);
 Pose exp_se3(const Vector6& xi);
-
-/// Inverse right Jacobian of SE(3) at xi: xi changes by J_r^-1(xi) eta when exp(xi) becomes exp(xi) exp(eta).
-/// The inverse left Jacobian is J_r^-1(-xi). `derivative(w)` is the matrix of d(J_r^-T(xi) w)/d xi at fixed w.
-class RightJacobianInverse {
-public:
-    explicit RightJacobianInverse(const Vector6& xi);
-    const Matrix6& matrix() const { return matrix_; }
-    Matrix6 derivative(const Vector6& w) const;
-
-private:
-    Matrix6 ad_, matrix_;
-    Vector6 xi_;
-    double c2_, c4_, c2_slope_, c4_slope_;  // coefficients of ad^2 and ad^4 and their slopes in |phi|^2
-};
-
-/// ad of a twist: [xi, eta] = ad(xi) eta.
-Matrix6 ad(const Vector6& xi);
 
 }  // namespace softlimb

@@ -25,8 +25,8 @@ DescentReport descend(const Geometry& geometry, const Scene& scene, solve::Work&
     for (int refinement = 0; refinement < 8; ++refinement) {
         Descent descent(geometry, scene, work);
         DescentSettings settings;
-        // One element a rod is a start for two and no more, and from two Newton mostly finds the way; what comes to finer
-        // meshes has shown that it needs to start near.
+        // One element a rod is a start for two and no more, and from two Newton mostly finds the way; what comes to
+        // finer meshes has shown that it needs to start near.
         const double elements = shape.rods.front().elements();
         settings.hand_over = std::max(settings.small_step, 0.2 / (elements * elements));
         report = descent.run(shape, settings);

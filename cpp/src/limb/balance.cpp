@@ -111,8 +111,9 @@ void Balance::assemble(const Geometry& geometry, const Scene& scene, const std::
             const Arms arms = arms_of(geometry, plates, j, place);
             const bool on_ground = j == 0;
             carry(rod.force.data(), arms.base.data(), arms.end.data(),
-                  on_ground ? nullptr : system_.diagonal[j - 1].data(), on_ground ? nullptr : system_.upper[j - 1].data(),
-                  system_.lower[j].data(), system_.diagonal[j].data());
+                  on_ground ? nullptr : system_.diagonal[j - 1].data(),
+                  on_ground ? nullptr : system_.upper[j - 1].data(), system_.lower[j].data(),
+                  system_.diagonal[j].data());
             const Vector6 at_end = rod.force.tail<6>();
             residual_[j] += carried(at_end, arms.end);
             system_.diagonal[j].bottomRightCorner<3, 3>() += turning_arm(arms.end, at_end.head<3>());

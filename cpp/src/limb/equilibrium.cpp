@@ -274,8 +274,8 @@ double Equilibrium::largest_wrench_change(const Shape& shape) const {
 
 double Equilibrium::stiffness_change(const Shape& shape) const {
     // A bound with room. A move turns forces and arms: eigenvalues near zero change by less than 0.03 of forces times
-    // the limb's length in 500 random postures of the reference limb, and ten times as much is allowed for. Other forces
-    // inside a rod act over its own length.
+    // the limb's length in 500 random postures of the reference limb, and ten times as much is allowed for. Other
+    // forces inside a rod act over its own length.
     const double moved = largest_move(moves_, geometry_.length);
     double largest = 0.0;
     for (std::size_t i = 0; i < moves_.wrenches.size(); ++i)

@@ -66,12 +66,12 @@ void geodesic_element(const RodPiece& piece, const Pose& first, const Pose& seco
             for (int j = 0; j < 2; ++j)
                 for (int v = 0; v < 2; ++v)
                     for (int c = 0; c < 3; ++c)
-                        out.stiffness.block<3, 1>(row, 6 * j + 3 * v + c) =
-                            eigen(r.stiffness[i][j].at[u][v].column[c]);
+                        out.stiffness.block<3, 1>(row, 6 * j + 3 * v + c) = eigen(r.stiffness[i][j].at[u][v].column[c]);
         }
 }
 
-lanes::Geodesic geodesic_lane(const RodPiece& piece, const Vector6& twist, const Matrix3& first, const Matrix3& second) {
+lanes::Geodesic geodesic_lane(const RodPiece& piece, const Vector6& twist, const Matrix3& first,
+                              const Matrix3& second) {
     lanes::Geodesic lane;
     const InverseJacobianCoefficient c(twist.tail<3>().squaredNorm());
     for (int i = 0; i < 6; ++i) lane.twist[i] = twist(i);

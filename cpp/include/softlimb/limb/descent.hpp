@@ -83,5 +83,4 @@ private:
     double length_scale_ = 1.0;
 };
 
-
 }  // namespace softlimb::limb

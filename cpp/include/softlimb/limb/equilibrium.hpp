@@ -98,9 +98,9 @@ public:
     bool linearise_at(const Shape& shape, bool pinned = false);
     /// Move (mean square one over plates and nodes) along which the stiffness at a shape is nearest to zero.
     Moves softest_move(const Shape& shape);
-    /// Counts the unstable modes at `shape` into the report. Since the last linearisation the stiffness may have changed
-    /// by so much [N m]: where that could change the count it is done again. What a shift of the size of rounding takes
-    /// away was no unstable mode but a neutral one.
+    /// Counts the unstable modes at `shape` into the report. Since the last linearisation the stiffness may have
+    /// changed by so much [N m]: where that could change the count it is done again. What a shift of the size of
+    /// rounding takes away was no unstable mode but a neutral one.
     void judge(const Shape& shape, NewtonReport& report, double changed);
     const Geometry& geometry() const { return geometry_; }
 

@@ -53,8 +53,8 @@ SOFTLIMB_ALWAYS_INLINE GeodesicResult<S> geodesic(const GeodesicData<S>& d) {
     // dxi = r eta2 - l eta1 in node axes, r = [A B; 0 A], l = [A^T B^T; 0 A^T]: B is A's derivative along rho.
     Mat3<S> a = beta * outer(phi, phi) + half * hat(phi);
     a.add_to_diagonal(S(1.0) - beta * z);
-    Mat3<S> b = half * hat(rho) + beta * (outer(rho, phi) + outer(phi, rho)) +
-                (two * d.beta_slope * across) * outer(phi, phi);
+    Mat3<S> b =
+        half * hat(rho) + beta * (outer(rho, phi) + outer(phi, rho)) + (two * d.beta_slope * across) * outer(phi, phi);
     b.add_to_diagonal(-two * across * (beta + d.beta_slope * z));
     const Mat3<S> at = transposed(a), bt = transposed(b);
 
@@ -74,10 +74,10 @@ SOFTLIMB_ALWAYS_INLINE GeodesicResult<S> geodesic(const GeodesicData<S>& d) {
     const S n_along = dot(phi, n), n_rho = dot(n, rho);
     const Vec3<S> bent = n_along * phi - z * n;
     const Vec3<S> mixed = n_rho * phi + n_along * rho - two * across * n;
-    Mat3<S> h = beta * (outer(rho, n) - two * outer(n, rho)) +
-                (two * d.beta_slope) * (outer(mixed, phi) + outer(bent, rho) +
-                                        across * (outer(phi, n) - two * outer(n, phi))) +
-                (S(4.0) * d.beta_curvature * across) * outer(bent, phi);
+    Mat3<S> h =
+        beta * (outer(rho, n) - two * outer(n, rho)) +
+        (two * d.beta_slope) * (outer(mixed, phi) + outer(bent, rho) + across * (outer(phi, n) - two * outer(n, phi))) +
+        (S(4.0) * d.beta_curvature * across) * outer(bent, phi);
     h.add_to_diagonal(beta * n_rho + two * d.beta_slope * across * n_along);
 
     const S per_length = S(1.0) / d.length;
@@ -97,28 +97,30 @@ SOFTLIMB_ALWAYS_INLINE GeodesicResult<S> geodesic(const GeodesicData<S>& d) {
     };
     // Derivatives to xi of r^T w (second node) and of l^T w (first node, whose force is minus that); the odd parts
     // change sign with xi.
-    const auto by_twist = [&](const Mat3<S>& axes, const Mat3<S>& s, const Mat3<S>& t, const S& odd) SOFTLIMB_LAMBDA_INLINE {
-        const Mat3<S> gn = even_n + odd * odd_n, gm = even_m + odd * odd_m;
-        Blocks<S> out;
-        out.at[0][0] = axes * by_v(s);
-        out.at[0][1] = axes * (coupled(s) + gn);
-        out.at[1][0] = axes * (by_v(t) + coupled(s) + gn);
-        out.at[1][1] = axes * (coupled(t) + by_u(s) + gm + h);
-        return out;
-    };
+    const auto by_twist = [&](const Mat3<S>& axes, const Mat3<S>& s, const Mat3<S>& t, const S& odd)
+                              SOFTLIMB_LAMBDA_INLINE {
+                                  const Mat3<S> gn = even_n + odd * odd_n, gm = even_m + odd * odd_m;
+                                  Blocks<S> out;
+                                  out.at[0][0] = axes * by_v(s);
+                                  out.at[0][1] = axes * (coupled(s) + gn);
+                                  out.at[1][0] = axes * (by_v(t) + coupled(s) + gn);
+                                  out.at[1][1] = axes * (coupled(t) + by_u(s) + gm + h);
+                                  return out;
+                              };
     const Blocks<S> second = by_twist(d.second, at, bt, S(1.0)), first = by_twist(d.first, a, b, S(-1.0));
 
     // Columns of dxi by the nodes' moves, base axes: (r R2^T) and (l R1^T).
     const Mat3<S> to_second = transposed(d.second), to_first = transposed(d.first);
     const Mat3<S> ar = a * to_second, br = b * to_second, al = at * to_first, bl = bt * to_first;
-    const auto times = [](const Blocks<S>& x, const Mat3<S>& s, const Mat3<S>& t, const S& sign) SOFTLIMB_LAMBDA_INLINE {
-        Blocks<S> out;
-        for (int row = 0; row < 2; ++row) {
-            out.at[row][0] = sign * (x.at[row][0] * s);
-            out.at[row][1] = sign * (x.at[row][0] * t + x.at[row][1] * s);
-        }
-        return out;
-    };
+    const auto times = [](const Blocks<S>& x, const Mat3<S>& s, const Mat3<S>& t, const S& sign)
+                           SOFTLIMB_LAMBDA_INLINE {
+                               Blocks<S> out;
+                               for (int row = 0; row < 2; ++row) {
+                                   out.at[row][0] = sign * (x.at[row][0] * s);
+                                   out.at[row][1] = sign * (x.at[row][0] * t + x.at[row][1] * s);
+                               }
+                               return out;
+                           };
     GeodesicResult<S> out;
     const S one(1.0);
     out.stiffness[1][1] = times(second, ar, br, one);

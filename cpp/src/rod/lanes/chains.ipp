@@ -26,6 +26,12 @@ struct Column {
     SOFTLIMB_ALWAYS_INLINE void set(int row, double x) { part[row / W].set(row % W, x); }
 };
 
+SOFTLIMB_ALWAYS_INLINE Column nothing() {
+    Column c;
+    for (int i = 0; i < parts; ++i) c.part[i] = Pack(0.0);
+    return c;
+}
+
 SOFTLIMB_ALWAYS_INLINE Column load(const double* from) {
     Column c;
     for (int i = 0; i < parts; ++i) {
@@ -95,8 +101,8 @@ SOFTLIMB_ALWAYS_INLINE bool invert(Block& a, bool positive) {
         const double scale = 1.0 / pivot;
         double factor[6];
         for (int c = 0; c < 6; ++c) factor[c] = a.x[c][k];
-        Column unit;
-        for (int r = 0; r < W * parts; ++r) unit.part[r / W].set(r % W, r == k ? 1.0 : 0.0);
+        Column unit = nothing();
+        unit.set(k, 1.0);
         // Row k of the other columns becomes zero, exactly, and the pivot's own column that of the inverse.
         const Column own = less(Pack(scale) * less(a.column(k), Pack(pivot), unit), Pack(-scale), unit);
         for (int c = 0; c < 6; ++c)
@@ -118,9 +124,8 @@ bool condense(const double* elements, int count, double* ends, Elimination* out,
     // Blocks of the chain so far, between its first node (0) and its last one (1); an element is 12 forces and 144.
     constexpr int size = 156;
     Block k00, k01, k10, k11;
-    const auto block = [](const double* element, int row, int column) SOFTLIMB_LAMBDA_INLINE {
-        return element + 12 + 72 * column + 6 * row;
-    };
+    const auto block = [](const double* element, int row, int column)
+                           SOFTLIMB_LAMBDA_INLINE { return element + 12 + 72 * column + 6 * row; };
     read(block(elements, 0, 0), 12, k00), read(block(elements, 0, 1), 12, k01);
     read(block(elements, 1, 0), 12, k10), read(block(elements, 1, 1), 12, k11);
     Column f0 = load(elements), f1 = load(elements + 6);
@@ -168,8 +173,7 @@ bool condense(const double* elements, int count, double* ends, Elimination* out,
 
 /// Column whose lower half is `x`.
 SOFTLIMB_ALWAYS_INLINE Column below(double x, double y, double z) {
-    Column c;
-    for (int i = 0; i < parts; ++i) c.part[i] = Pack(0.0);
+    Column c = nothing();
     c.set(3, x), c.set(4, y), c.set(5, z);
     return c;
 }
@@ -182,11 +186,11 @@ SOFTLIMB_ALWAYS_INLINE void add_carried(const double* k, const double* row_arm, 
     c[3] = less(less(c[3], z, c[1]), -y, c[2]);
     c[4] = less(less(c[4], -z, c[0]), x, c[2]);
     c[5] = less(less(c[5], y, c[0]), -x, c[1]);
-    const double *a = row_arm;
+    const double* a = row_arm;
     const Column by_x = below(0.0, a[2], -a[1]), by_y = below(-a[2], 0.0, a[0]), by_z = below(a[1], -a[0], 0.0);
     for (int i = 0; i < 6; ++i) {
-        const Column turned = less(less(less(c[i], Pack(-c[i].get(0)), by_x), Pack(-c[i].get(1)), by_y),
-                                   Pack(-c[i].get(2)), by_z);
+        const Column turned =
+            less(less(less(c[i], Pack(-c[i].get(0)), by_x), Pack(-c[i].get(1)), by_y), Pack(-c[i].get(2)), by_z);
         store(to + 6 * i, load(to + 6 * i) + turned);
     }
 }

@@ -4,9 +4,8 @@ void geodesics_pack(const Geodesic* elements, const GeodesicEnd* out, int count)
     GeodesicData<Pack> d;
     for (int lane = 0; lane < W; ++lane) {
         const Geodesic& e = elements[lane < count ? lane : count - 1];
-        const auto put = [lane](V& v, const double* x) SOFTLIMB_LAMBDA_INLINE {
-            v.x.set(lane, x[0]), v.y.set(lane, x[1]), v.z.set(lane, x[2]);
-        };
+        const auto put = [lane](V& v, const double* x)
+                             SOFTLIMB_LAMBDA_INLINE { v.x.set(lane, x[0]), v.y.set(lane, x[1]), v.z.set(lane, x[2]); };
         put(d.rho, e.twist), put(d.phi, e.twist + 3);
         d.beta.set(lane, e.beta[0]), d.beta_slope.set(lane, e.beta[1]), d.beta_curvature.set(lane, e.beta[2]);
         for (int c = 0; c < 3; ++c) {

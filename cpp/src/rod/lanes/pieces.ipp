@@ -1,6 +1,6 @@
 // The kernel of rod/lanes/pieces.hpp for one instruction set: included by one source a set, which defines
-// SOFTLIMB_INSTRUCTION_SET (a namespace) and SOFTLIMB_LANES. Everything here is inlined into the functions at the end or
-// lives in that namespace, so that nothing compiled for a newer machine can be linked into the rest of the library.
+// SOFTLIMB_INSTRUCTION_SET (a namespace) and SOFTLIMB_LANES. Everything here is inlined into the functions at the end
+// or lives in that namespace, so that nothing compiled for a newer machine can be linked into the rest of the library.
 #ifdef __AVX512F__
 #include <immintrin.h>
 #endif
@@ -121,8 +121,7 @@ struct Parameter {
             k.torsion.set(lane, -d.torsion / (s.torsion * s.torsion));
             k.coupling.set(lane, d.extension_twist), k.rest_twist.set(lane, d.rest_twist);
             const double* c = &d.axial_law.coefficient.front();
-            for (int j = 0; j <= k.degree; ++j)
-                k.coefficient[j].set(lane, j <= s.axial_law.degree ? c[j] : 0.0);
+            for (int j = 0; j <= k.degree; ++j) k.coefficient[j].set(lane, j <= s.axial_law.degree ? c[j] : 0.0);
             length.set(lane, slopes[i].length / starts[i].length);
             df.x.set(lane, slopes[i].force[0]), df.y.set(lane, slopes[i].force[1]), df.z.set(lane, slopes[i].force[2]);
         }
@@ -172,7 +171,8 @@ SOFTLIMB_ALWAYS_INLINE void advance_column(Variation<Pack>& z, const Pack& h, Ra
 }
 
 /// Advances the pieces and `columns` variations, of which the first three are those of the base force. Not inlined: its
-/// name is this instruction set's own, and compiled once it is compiled fast. With a parameter there is one column, its own.
+/// name is this instruction set's own, and compiled once it is compiled fast. With a parameter there is one column, its
+/// own.
 void advance(Pieces& p, int steps, Variation<Pack>* z, int columns, const Parameter* parameter = nullptr) {
     const LaneCompliances& k = p.k;
     const Pack h = p.length * Pack(1.0 / steps);
@@ -225,7 +225,8 @@ SOFTLIMB_ALWAYS_INLINE void put(double* out, const V& v, int lane) {
     out[0] = v.x.get(lane), out[1] = v.y.get(lane), out[2] = v.z.get(lane);
 }
 
-SOFTLIMB_ALWAYS_INLINE void write_end(const Pieces& p, const V& binormal, const double* from, const End& end, int lane) {
+SOFTLIMB_ALWAYS_INLINE void write_end(const Pieces& p, const V& binormal, const double* from, const End& end,
+                                      int lane) {
     put(end.position, p.y.position, lane);
     for (int i = 0; i < 3; ++i) end.position[i] += from[i];
     put(end.rotation, p.y.director, lane);
@@ -270,7 +271,8 @@ SOFTLIMB_ALWAYS_INLINE void invert(M6 a, M6& b) {
     }
 }
 
-/// Rotation vector of a b^T, where columns of the two rotations are given: small for pieces that nearly meet their node.
+/// Rotation vector of a b^T, where columns of the two rotations are given: small for pieces that nearly meet their
+/// node.
 SOFTLIMB_ALWAYS_INLINE V turn_between(const V* a, const V* b) {
     // The skew part of a b^T is the sum of the columns' cross products; its length is twice the sine.
     const V twice = cross(b[0], a[0]) + cross(b[1], a[1]) + cross(b[2], a[2]);
@@ -437,8 +439,7 @@ void linearise_pack(const Start* starts, const Linear* out, int count, int steps
     Pack force[12], sum(0.0);
     for (int r = 0; r < 6; ++r) {
         Pack first = inverse(r, 0) * gap[0], second = by_second(r, 0) * gap[0];
-        for (int c = 1; c < 6; ++c)
-            first = first + inverse(r, c) * gap[c], second = second + by_second(r, c) * gap[c];
+        for (int c = 1; c < 6; ++c) first = first + inverse(r, c) * gap[c], second = second + by_second(r, c) * gap[c];
         force[r] = first - start_wrench[r];
         force[6 + r] = end_wrench[r] - second;
         // Zero times a number is zero, and NaN times an infinity or a NaN.
@@ -517,6 +518,7 @@ void linearise(const Start* starts, const Linear* out, int count, int steps, Loa
 }  // namespace
 
 extern const Kernel kernel;
-const Kernel kernel{SOFTLIMB_INSTRUCTION_SET_NAME, W, &shoot, &differentiate, &linearise, &geodesics, &condense, &carry};
+const Kernel kernel{
+    SOFTLIMB_INSTRUCTION_SET_NAME, W, &shoot, &differentiate, &linearise, &geodesics, &condense, &carry};
 
 }  // namespace softlimb::rod::lanes::SOFTLIMB_INSTRUCTION_SET

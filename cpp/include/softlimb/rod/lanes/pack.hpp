@@ -90,7 +90,8 @@ SOFTLIMB_ALWAYS_INLINE Pack sqrt(Pack a) {
 SOFTLIMB_ALWAYS_INLINE Pack load_some(const double* from, int count) {
 #ifdef __AVX512F__
     if constexpr (Pack::lanes == 8)
-        return Pack(static_cast<Pack::Raw>(_mm512_maskz_loadu_pd(static_cast<unsigned char>((1u << count) - 1u), from)));
+        return Pack(
+            static_cast<Pack::Raw>(_mm512_maskz_loadu_pd(static_cast<unsigned char>((1u << count) - 1u), from)));
 #endif
     Pack p(0.0);
     for (int i = 0; i < count; ++i) p.set(i, from[i]);

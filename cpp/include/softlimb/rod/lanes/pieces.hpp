@@ -93,14 +93,14 @@ struct Kernel {
     void (*linearise)(const Start* starts, const Linear* out, int count, int steps, Loads loads);
     /// Forces and stiffness of `count` geodesic elements.
     void (*geodesics)(const Geodesic* elements, const GeodesicEnd* out, int count);
-    /// Eliminates the interior nodes of a chain of `count` elements, 12 forces and a 12 x 12 stiffness each, into one of
-    /// that kind (`ends`). `shift` (6) is added to each pivot's diagonal; `symmetric` symmetrises the pivots first. False
-    /// at the first one that cannot be inverted or, with `positive`, is not positive definite.
+    /// Eliminates the interior nodes of a chain of `count` elements, 12 forces and a 12 x 12 stiffness each, into one
+    /// of that kind (`ends`). `shift` (6) is added to each pivot's diagonal; `symmetric` symmetrises the pivots first.
+    /// False at the first one that cannot be inverted or, with `positive`, is not positive definite.
     bool (*condense)(const double* elements, int count, double* ends, Elimination* out, const double* shift,
                      bool symmetric, bool positive);
     /// Adds the stiffness of such an element, its nodes at these arms (3) from the origins of two plates, to the 6 x 6
-    /// blocks of the plates: (base, base), (base, end), (end, base), (end, end). Without `base` its node is on the ground
-    /// and the last block alone is meant.
+    /// blocks of the plates: (base, base), (base, end), (end, base), (end, end). Without `base` its node is on the
+    /// ground and the last block alone is meant.
     void (*carry)(const double* ends, const double* base_arm, const double* end_arm, double* base, double* upper,
                   double* lower, double* end);
 };
