@@ -27,6 +27,7 @@ from softlimb import _core, presets
 from softlimb.bench import checks, instructions, limbs, omissions, others, speed
 from softlimb.bench.clock import Clock, Samples
 from softlimb.bench.core_calls import CoreCalls
+from softlimb.bench.figures import three_digits
 from softlimb.bench.methods.problem import Answer
 from softlimb.cli import bench, main
 from softlimb.units import kPa, us
@@ -519,7 +520,7 @@ def test_pressures_of_a_walk_change_by_one_per_cent() -> None:
 
 
 def test_figures_have_three_digits() -> None:
-    shown = [bench._figure(x) for x in (12345.6, 123.4, 12.34, 1.234, 0.1234, 9.0, -384.2, float("nan"))]
+    shown = [three_digits(x) for x in (12345.6, 123.4, 12.34, 1.234, 0.1234, 9.0, -384.2, float("nan"))]
     assert shown == ["12346", "123", "12.3", "1.23", "0.123", "9", "-384", "-"]
 
 

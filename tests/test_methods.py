@@ -11,9 +11,20 @@ from benchmarks.methods import modes
 from benchmarks.methods.scenes import scenes
 from softlimb import presets
 from softlimb.bench import limbs
-from softlimb.bench.methods import collocation, constant_curvature, elastica, least_squares, paper, single_shooting
+from softlimb.bench.methods import (
+    collocation,
+    constant_curvature,
+    elastica,
+    least_squares,
+    multiple_shooting,
+    paper,
+    single_shooting,
+    wall,
+)
 from softlimb.bench.methods.problem import Problem, condition, equilibrated, pose_error
-from softlimb.bench.methods.rods import end_of
+from softlimb.bench.methods.rods import end_of, extrapolated
+from softlimb.units import kPa
+from tube_examples import plain, proximal, unequal
 
 SECTION = sl.Section(axial=400.0, shear=130.0, bending=0.08, torsion=0.06, mass_per_length=0.4)
 COUPLED = sl.Section(axial=400.0, shear=130.0, bending=0.08, torsion=0.06, rest_twist=0.7, extension_twist=0.05)
@@ -141,6 +152,81 @@ def test_quaternions_of_rotations_turn_back_into_them():
     assert_allclose(rotation @ np.swapaxes(rotation, -1, -2), np.tile(np.eye(3), (40, 1, 1)), rtol=0.0, atol=1e-14)
     found = collocation._quaternion_of(rotation)
     assert_allclose(found * np.sign((found * q).sum(axis=-1, keepdims=True)), q, rtol=0.0, atol=1e-14)
+
+
+def coarse(posture):
+    """The posture once more, to a tolerance of a tenth: off by what a second opinion should notice."""
+    names = ("gravity", "tip_force", "tip_moment", "rod_forces", "rod_moments")
+    found = posture.limb.solve(**{name: posture.loads[name] for name in names}, tolerance=0.1)
+    assert found.success
+    return found
+
+
+@pytest.mark.parametrize("scene", [loaded_segment, two_segments])
+def test_multiple_shooting_finds_the_equilibrium_next_to_a_coarse_posture(scene):
+    posture = scene()
+    start = coarse(posture)
+    length = posture.limb.length
+    assert np.linalg.norm(start.tip[:3, 3] - posture.tip[:3, 3]) > 1e-8 * length
+    found = multiple_shooting.refine(start, pieces=3, levels=3)
+    assert found.converged and found.steps == 3 * 40
+    # 120 steps a rod, extrapolated twice; and the posture's own tolerance of 1e-10.
+    assert np.linalg.norm(found.tip - posture.tip[:3, 3]) < 2e-10 * length
+    assert found.spread < 1e-8
+
+
+def test_the_derivatives_of_multiple_shooting_are_exact():
+    system = multiple_shooting._System(two_segments(), 3)
+    generator = np.random.default_rng(2)
+    move = generator.normal(size=system.size)
+
+    def gaps(h):
+        states = system.states(h * move)
+        return system.gaps(states, system.ends(states, 10))
+
+    slope = (gaps(1e-6) - gaps(-1e-6)) / 2e-6
+    assert_allclose(system.slope(10) @ move, slope, rtol=0.0, atol=1e-6 * np.abs(slope).max())
+
+
+def test_extrapolation_takes_the_fourth_and_the_fifth_order_out():
+    steps = 0.5 ** np.arange(4)
+    value, change = extrapolated([np.array([2.0 + 3.0 * h**4 - 5.0 * h**5]) for h in steps])
+    assert_allclose(value, 2.0, rtol=1e-13)
+    assert change < 1e-13
+
+
+@pytest.mark.parametrize(("tube", "pressure"), [(proximal, 30.0), (unequal, 300.0), (plain, 90.0)])
+def test_the_stresses_of_the_wall_balance_at_the_stretch_of_least_energy(tube, pressure):
+    made, pascals = tube(), pressure * kPa
+    stretch = made.inflate(pascals).stretch
+    errors = [wall.by_shooting(made, pascals, steps).stretch - stretch for steps in (5, 10)]
+    assert 12.0 < errors[0] / errors[1] < 20.0  # of fourth order
+    fine = wall.by_shooting(made, pascals, 40)
+    assert fine.converged
+    # 5 steps a layer leave up to 3e-8 (0.7 % below ballooning), 40 steps 4096 times less.
+    assert_allclose(fine.stretch, stretch, rtol=0.0, atol=1e-10)
+    pytest.importorskip("scipy")
+    assert_allclose(wall.by_least_squares(made, pascals).stretch, fine.stretch, rtol=0.0, atol=1e-9)
+    found = wall.by_collocation(made, pascals, tolerance=1e-6)
+    assert found.converged
+    assert_allclose(found.stretch, stretch, rtol=0.0, atol=1e-6)
+
+
+def test_walls_that_are_not_written_down_are_refused():
+    for options, what in ((dict(tension_only=True), "tension-only"), (dict(ends="bonded"), "bonded")):
+        with pytest.raises(ValueError, match=what):
+            wall.by_shooting(proximal(**options), 1.0)
+    with pytest.raises(ValueError, match="Yeoh and NeoHookean, got Gent"):
+        wall.by_shooting(plain(sl.Gent(mu=1e5, jm=20.0)), 1.0)
+
+
+def test_walls_past_ballooning_are_no_answer():
+    found = wall.by_shooting(plain(), 95.0 * kPa)
+    assert not found.converged
+    pytest.importorskip("scipy")
+    assert not wall.by_least_squares(plain(), 95.0 * kPa).converged
+    assert wall.by_least_squares(plain(), 90.0 * kPa, limit=0.0).outcome == "gave up"
+    assert wall.by_collocation(plain(), 90.0 * kPa, limit=0.0).outcome == "gave up"
 
 
 @pytest.mark.slow  # PyElastica compiles itself first

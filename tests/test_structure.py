@@ -39,6 +39,7 @@ PYTHON_ORDER = [
     ["measured"],
     ["plot"],
     ["bench"],
+    ["report"],
     ["cli"],
 ]
 # Doors: methods that hand over to a module further right, so that users find them on the object. Imported when called.

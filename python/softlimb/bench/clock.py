@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from softlimb import _core
 from softlimb.units import us
 
-__all__ = ["VOID_ABOVE", "Clock", "Samples", "stopwatch"]
+__all__ = ["VOID_ABOVE", "Clock", "Samples", "quartiles", "seconds_of", "stopwatch"]
 
 Array = NDArray[np.float64]
 
@@ -72,6 +72,16 @@ def stopwatch() -> Iterator[Callable[[], float]]:
             gc.enable()
 
 
+def seconds_of(run: Callable[[], Any], shortest: float = 0.0) -> float:
+    """Seconds of a run, repeated until all together take the shortest time of a sample [s]."""
+    count = 0
+    with stopwatch() as elapsed:
+        while count == 0 or elapsed() < shortest:
+            run()
+            count += 1
+        return elapsed() / count
+
+
 @dataclass
 class Clock:
     """Takes times, with yardsticks between them.
@@ -89,6 +99,14 @@ class Clock:
         """One pass of the yardstick now [s]."""
         self.readings.append(_core.yardstick(repetitions=1)[0] * us)
         return self.readings[-1]
+
+    def once(self, run: Callable[[], Any]) -> tuple[Samples, Any]:
+        """One run, with its time and what it returned."""
+        before = self.yardstick()
+        with stopwatch() as elapsed:
+            found = run()
+            seconds = elapsed()
+        return Samples(np.array([seconds]), np.array([0.5 * (before + self.yardstick())])), found
 
     def in_turn(
         self,

@@ -18,6 +18,7 @@ __all__ = [
     "STEEL",
     "TIP_FORCE",
     "built_height",
+    "clamped",
     "fine_grid",
     "joints",
     "loads",
@@ -143,6 +144,11 @@ def soft_rod() -> Rod:
         mass_per_length=density * area,
     )
     return Rod(section, 0.3, radius=radius)
+
+
+def clamped(rod: Rod) -> Limb:
+    """A limb of one rod, clamped at the origin along z."""
+    return Limb([Segment(rods=[rod], base_frames=np.eye(4)[None], end_frames=np.eye(4)[None])])
 
 
 def loads() -> dict[str, Any]:

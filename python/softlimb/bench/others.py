@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 
 from softlimb import presets
 from softlimb.bench import checks, limbs
-from softlimb.bench.clock import Clock, Samples, quartiles, stopwatch
+from softlimb.bench.clock import Clock, Samples, quartiles, seconds_of
 from softlimb.bench.methods import collocation, elastica, least_squares, paper, single_shooting
 from softlimb.bench.methods.problem import Answer, Problem
 from softlimb.limb import Limb, Rod, Segment
 from softlimb.posture import Posture
 from softlimb.units import kPa, ms
 
-__all__ = ["SCENES", "Outcome", "compare"]
+__all__ = ["INSTALL", "SCENES", "Outcome", "Scene", "at_lengths", "by_paper", "compare"]
 
 Array = NDArray[np.float64]
 
@@ -44,16 +44,11 @@ class Scene:
     options: dict[str, Any]
 
 
-def one_rod() -> Limb:
-    """A limb of one clamped rod."""
-    return Limb([Segment(rods=[limbs.soft_rod()], base_frames=np.eye(4)[None], end_frames=np.eye(4)[None])])
-
-
 SCENES = (
     Scene(
         "other-rod",
         "one hanging rod, force across",
-        one_rod,
+        lambda: limbs.clamped(limbs.soft_rod()),
         {"gravity": limbs.HANGING, "tip_force": (0.03, 0.02, 0.0)},
     ),
     Scene(
@@ -90,7 +85,9 @@ class Method:
     compiles: bool = False  # at its first call
 
 
-def _by_paper(posture: Posture, limit: float) -> Answer:
+def by_paper(posture: Posture, limit: float) -> Answer:
+    """The paper's algorithm on a posture's sections, loads and tip pose."""
+    # What is known before the lengths are: how long a segment is without pressure.
     rests = np.concatenate([[segment.length] * len(segment.members) for segment in posture.limb])
     return paper.solve(Problem.of(posture), posture.tip, rests, limit)
 
@@ -108,7 +105,7 @@ METHODS = (
     Method("scipy solve_bvp", lambda p, limit: collocation.solve(Problem.of(p), limit), needs="scipy"),
     Method("scipy least_squares, shooting", lambda p, limit: least_squares.solve(Problem.of(p), limit), needs="scipy"),
     Method("Newton, shooting in numpy", lambda p, limit: single_shooting.solve(Problem.of(p), limit)),
-    Method("the paper's algorithm", _by_paper, finds_lengths=True),
+    Method("the paper's algorithm", by_paper, finds_lengths=True),
     Method(
         "PyElastica, relaxed",
         _by_elastica,
@@ -173,7 +170,7 @@ def compare(scene: Scene, clock: Clock, limit: float, compiled: bool = True) -> 
     if fault is not None:
         yield Outcome(scene.name, "softlimb", "wrong", fault)
         return
-    samples = clock.in_turn({"ours": lambda: _seconds(lambda: limb.solve(**scene.options))[0]})["ours"]
+    samples = clock.in_turn({"ours": lambda: seconds_of(lambda: limb.solve(**scene.options))})["ours"]
     ours = quartiles(samples.seconds)[1]
     yield Outcome(scene.name, "softlimb", "right, verified", samples=samples, ours=ours)
     for method in METHODS:
@@ -188,20 +185,13 @@ def compare(scene: Scene, clock: Clock, limit: float, compiled: bool = True) -> 
 
 
 INSTALL = "pip install 'softlimb[bench]'"
-
-
-def _seconds(solve: Callable[[], Any]) -> tuple[float, Any]:
-    with stopwatch() as elapsed:
-        found = solve()
-        return elapsed(), found
+"""What brings the modules that other methods need."""
 
 
 def _outcome(scene: Scene, method: Method, posture: Posture, clock: Clock, limit: float, ours: float) -> Outcome:
     if method.compiles:
         method.solve(posture, 1e-3)
-    before = clock.yardstick()
-    once, answer = _seconds(lambda: method.solve(posture, limit))
-    first = Samples(np.array([once]), np.array([0.5 * (before + clock.yardstick())]))
+    first, answer = clock.once(lambda: method.solve(posture, limit))
     if not answer.converged:
         text = f"gave up after {limit:.3g} s" if answer.outcome == "gave up" else answer.outcome
         detail = f"after {answer.iterations} iterations" if answer.iterations else ""
@@ -209,8 +199,8 @@ def _outcome(scene: Scene, method: Method, posture: Posture, clock: Clock, limit
     fault, off, remark = answer_fault(method, answer, posture)
     if fault is not None:
         return Outcome(scene.name, method.name, "wrong", fault, off)
-    if once < clock.budget:
-        again = {method.name: lambda: _seconds(lambda: method.solve(posture, limit))[0]}
+    if first.seconds[0] < clock.budget:
+        again = {method.name: lambda: seconds_of(lambda: method.solve(posture, limit))}
         first = clock.in_turn(again, (3, 50), warm_up=False)[method.name]
     return Outcome(scene.name, method.name, "right" + remark, off=off, samples=first, ours=ours)
 
@@ -224,7 +214,7 @@ def answer_fault(method: Method, answer: Answer, posture: Posture) -> tuple[str 
     length, remark = posture.limb.length, ""
     tip = answer.plates[-1]
     if method.finds_lengths:
-        there = _at_lengths(posture, answer)
+        there = at_lengths(posture, answer)
         if not (there.success and there.verify().success):
             return f"no equilibrium at its lengths: {there.message}", float("nan"), ""
         tip = there.tip
@@ -235,7 +225,7 @@ def answer_fault(method: Method, answer: Answer, posture: Posture) -> tuple[str 
     return fault, off, remark
 
 
-def _at_lengths(posture: Posture, answer: Answer) -> Posture:
+def at_lengths(posture: Posture, answer: Answer) -> Posture:
     """The equilibrium near an answer: its lengths, the posture's sections and loads."""
     lengths, segments = iter(answer.lengths), []
     for segment, row in zip(posture.limb, posture.rods, strict=True):

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from softlimb import presets
 from softlimb.bench import checks, limbs
-from softlimb.bench.clock import Clock, Samples, quartiles, stopwatch
+from softlimb.bench.clock import Clock, Samples, quartiles, seconds_of, stopwatch
 from softlimb.bench.core_calls import CoreCalls
 from softlimb.posture import Posture
 from softlimb.units import mm, ms, us
@@ -148,12 +148,7 @@ class Question:
         """Seconds of a solve in each walk, repeated until it takes the shortest time of a sample [s]."""
         seconds = np.empty(len(walks))
         for number, run in enumerate(walks):
-            count = 0
-            with stopwatch() as elapsed:
-                while count == 0 or elapsed() < shortest:
-                    run()
-                    count += 1
-                seconds[number] = elapsed() / (count * self.solves)
+            seconds[number] = seconds_of(run, shortest) / self.solves
         return seconds
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -14,7 +13,7 @@ from softlimb.cli.scene_arguments import new_file
 from softlimb.units import ms, us
 
 if TYPE_CHECKING:
-    from softlimb.bench.clock import Clock, Samples
+    from softlimb.bench.clock import Clock
     from softlimb.bench.omissions import Difference
     from softlimb.bench.others import Outcome
     from softlimb.bench.speed import Effort, Row
@@ -127,6 +126,8 @@ def _heading(layout: str, cells: Sequence[str]) -> None:
 def _speed(entries: Sequence[Any], clock: Clock, effort: Effort) -> list[Row]:
     if not entries:
         return []
+    from softlimb.bench.figures import median_and_spread, three_digits
+
     print("\nTable 1: times of the package, one core, tolerance 1e-6, gravity and tip load on")
     _heading(_SPEED, ["what", "way", "us", "quartiles", "ratio", "to", "asked", "aim", "met"])
     rows = []
@@ -138,11 +139,11 @@ def _speed(entries: Sequence[Any], clock: Clock, effort: Effort) -> list[Row]:
                 continue
             goal, at_least = row.goal, ">=" if row.goal.at_least else ""
             asked, aim = f"{at_least}{goal.asked:g}", f"{at_least}{goal.aim:g}"
-            values = [_figure(row.value), goal.unit, asked, aim, goal.met(row.value)]
-            _line(_SPEED, [row.what, row.way, *_spread(row.samples, us), *values])
+            values = [three_digits(row.value), goal.unit, asked, aim, goal.met(row.value)]
+            _line(_SPEED, [row.what, row.way, *median_and_spread(row.samples, us), *values])
     for row in rows:
         if len(row.parts) > 1:
-            parts = [f"{_figure(n)} {name} {_figure(t / us)} us" for name, (n, t) in row.parts.items()]
+            parts = [f"{three_digits(n)} {name} {three_digits(t / us)} us" for name, (n, t) in row.parts.items()]
             print(_wrapped(f"calls of the core in `{row.name}`: {', '.join(parts)}"))
     return rows
 
@@ -151,6 +152,7 @@ def _others(scenes: Sequence[Any], clock: Clock, effort: Effort, compiled: bool)
     if not scenes:
         return []
     from softlimb.bench.clock import quartiles
+    from softlimb.bench.figures import median_and_spread, three_digits
     from softlimb.bench.others import RIGHT_WITHIN, SIMULATED_WITHIN, compare
 
     print("\nTable 2: other ways to the same postures, cold, called from Python")
@@ -172,7 +174,7 @@ def _others(scenes: Sequence[Any], clock: Clock, effort: Effort, compiled: bool)
                 print(_wrapped(f"{found.method:<29}  {text}"), flush=True)
                 continue
             ratio = quartiles(found.samples.ratios)[1]
-            figures = [*_spread(found.samples, ms), _figure(found.times_ours), _figure(ratio)]
+            figures = [*median_and_spread(found.samples, ms), three_digits(found.times_ours), three_digits(ratio)]
             _line(_OTHERS, [found.method, found.outcome, off, *figures])
     return outcomes
 
@@ -180,6 +182,7 @@ def _others(scenes: Sequence[Any], clock: Clock, effort: Effort, compiled: bool)
 def _omissions(omissions: Sequence[Any], clock: Clock) -> list[Difference]:
     if not omissions:
         return []
+    from softlimb.bench.figures import median_and_spread
     from softlimb.bench.omissions import measure
 
     print("\nTable 3: what a scene does not need, where the plan of the solve says that it was left out")
@@ -192,7 +195,8 @@ def _omissions(omissions: Sequence[Any], clock: Clock) -> list[Difference]:
         if row.with_it is None or row.without_it is None or row.saved is None:
             print(_wrapped(f"{row.what:<34}  wrong: {row.fault}"))
             continue
-        _line(_OMISSIONS, [row.what, *_spread(row.with_it, us), *_spread(row.without_it, us), f"{row.saved:.0%}"])
+        figures = [*median_and_spread(row.with_it, us), *median_and_spread(row.without_it, us)]
+        _line(_OMISSIONS, [row.what, *figures, f"{row.saved:.0%}"])
     return rows
 
 
@@ -214,17 +218,13 @@ def _yardstick(seconds: Sequence[float], checksum: float) -> dict[str, Any]:
     """Print how the yardstick fared, and return it for the file."""
     import numpy as np
 
-    from softlimb.bench.clock import VOID_ABOVE, quartiles
+    from softlimb.bench.clock import quartiles
+    from softlimb.bench.figures import about_the_yardstick
 
     readings = np.array(seconds)
     low, middle, high = quartiles(readings)
-    void = bool(middle > VOID_ABOVE)
-    spread = f"{low / us:.2f}..{high / us:.2f}"
-    print(f"yardstick Y during the run: {middle / us:.2f} us ({spread}), {len(readings)} readings")
-    if high > 1.1 * low:  # twice the jitter of a quiet machine
-        print(f"the machine changed its speed: Y was {high / low - 1.0:.0%} longer or more at one time than at another")
-    if void:
-        print(f"VOID: Y took more than {VOID_ABOVE / us:g} us, this machine is busy or slow; nothing here counts")
+    lines, void = about_the_yardstick(seconds)
+    print("\n".join(lines))
     return {
         "median_us": middle / us,
         "quartiles_us": [low / us, high / us],
@@ -232,23 +232,6 @@ def _yardstick(seconds: Sequence[float], checksum: float) -> dict[str, Any]:
         "checksum": checksum,
         "void": void,
     }
-
-
-def _spread(samples: Samples, unit: float) -> tuple[str, str]:
-    from softlimb.bench.clock import quartiles
-
-    low, middle, high = quartiles(samples.seconds)
-    spread = f"{_figure(low / unit)}..{_figure(high / unit)}" if samples.seconds.size > 1 else "one run"
-    return _figure(middle / unit), spread
-
-
-def _figure(value: float) -> str:
-    """Three digits without an exponent."""
-    if not math.isfinite(value):
-        return "-"
-    size = abs(value)
-    decimals = 0 if size >= 100.0 or value == round(value) else 1 if size >= 10.0 else 2 if size >= 1.0 else 3
-    return f"{value:.{decimals}f}"
 
 
 def _wrapped(text: str) -> str:

@@ -60,6 +60,24 @@ def new_file(name: str) -> Path:
     return path
 
 
+def new_folder(name: str) -> Path:
+    """A folder that is there, or that can be made.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        No name, the name of a file, or the folder that it would be in is missing.
+    """
+    path = Path(name)
+    if not name.strip():
+        raise argparse.ArgumentTypeError("expected the name of a folder, got an empty one")
+    if path.exists() and not path.is_dir():
+        raise argparse.ArgumentTypeError(f"expected the name of a folder, {name!r} is a file")
+    if not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(f"cannot make the folder {name}: there is no folder {path.parent}")
+    return path
+
+
 def picture(name: str) -> Path:
     """A `new_file` whose ending says a format of pictures."""
     path = new_file(name)
