@@ -380,14 +380,16 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
         // Newton's error after a step is about its square. The pass below measures it, so this only avoids vain passes.
         // Where forces have long arms against the moments, as under strong tension, an error of position weighs more.
         const double leverage = std::max(1.0, 0.05 * largest_force(shape) * geometry_.length / moment_scale(shape));
-        bool near = factor == 1.0 && (size * size * leverage < 0.1 * settings.tolerance || size < 1e-9);
+        // Stiff rods may be far from balance where poses hardly move: what is out of balance must be small as well.
+        const bool balanced = report.residual < 0.1;
+        bool near = factor == 1.0 && ((balanced && size * size * leverage < 0.1 * settings.tolerance) || size < 1e-9);
         if (factor == 1.0 && size > 0.5 * previous && size < 1e-6) ++stalls;
         previous = size;
         // Steps with the stiffness at hand cost a third of one with its own, and each shrinks what is left by about
         // what has been moved since. They serve where the count of modes will not want that stiffness anyway.
         double shrink = 4.0 * size * leverage;
         double changed = stiffness_change(shape);  // since the linearisation
-        const bool close = factor == 1.0 && !near && size * leverage < largest_chord && !border &&
+        const bool close = factor == 1.0 && balanced && !near && size * leverage < largest_chord && !border &&
                            !report.neutral_mode && surely_stable(1.2 * changed);
         for (int chord = 0; close && !near && chord < 3; ++chord) {
             if (!work.spend(elements * shape.rods.front().integration.steps)) return report;

@@ -95,4 +95,23 @@ void apply(const Geometry& geometry, const Moves& moves, double factor, Shape& s
     attach_rods(geometry, shape);
 }
 
+bool extrapolate(const Geometry& geometry, const Shape& older, const Shape& newer, double factor, Shape& to) {
+    for (std::size_t i = 0; i < newer.rods.size(); ++i)
+        if (older.rods[i].elements() != newer.rods[i].elements()) return false;
+    const auto on = [factor](const Pose& a, const Pose& b) -> Pose {
+        const Vector3 turn = log_so3(b.rotation * a.rotation.transpose());
+        return {b.position + factor * (b.position - a.position), orthonormalised(exp_so3(factor * turn) * b.rotation)};
+    };
+    to = newer;
+    for (std::size_t j = 0; j < to.plates.size(); ++j) to.plates[j] = on(older.plates[j], newer.plates[j]);
+    for (std::size_t i = 0; i < to.rods.size(); ++i) {
+        const RodShape &a = older.rods[i], &b = newer.rods[i];
+        RodShape& rod = to.rods[i];
+        for (int e = 1; e < rod.elements(); ++e) rod.nodes[e] = on(a.nodes[e], b.nodes[e]);
+        for (int e = 0; e < rod.elements(); ++e) rod.wrenches[e] += factor * (b.wrenches[e] - a.wrenches[e]);
+    }
+    attach_rods(geometry, to);
+    return true;
+}
+
 }  // namespace softlimb::limb

@@ -29,4 +29,8 @@ double inner_product(const Moves& a, const Moves& b, double length);
 /// Moves plates, interior nodes and wrenches of `shape` by `factor` times the moves; rods stay on their plates.
 void apply(const Geometry& geometry, const Moves& moves, double factor, Shape& shape);
 
+/// Goes on from `newer` by `factor` times the way from `older` to it: poses along the turn and the shift between them,
+/// wrenches in proportion. False where the two differ in their meshes; `to` is then untouched.
+bool extrapolate(const Geometry& geometry, const Shape& older, const Shape& newer, double factor, Shape& to);
+
 }  // namespace softlimb::limb
