@@ -160,9 +160,28 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
                                   : "no start given: descent of the energy from constant curvature");
     Attempt last;
     constexpr int finest = 64;
+    bool rim_tried = false;
+    constexpr const char* past_a_fold = "converged; beyond a posture that ends just before this scene, at a fold";
+    // Just past a fold the mesh may still have the minimum that the exact rods have lost: over its shallow rim.
+    const auto over_the_rim = [&]() -> std::optional<Attempt> {
+        rim_tried = true;
+        const Ridge rim = Descent(geometry, scene, work).sides_of(shape);
+        for (const std::optional<Shape>* side : {&rim.taken, &rim.other}) {
+            if (!*side) continue;
+            const std::optional<Attempt> below = stable_below(geometry, scene, options, work, **side);
+            if (!below) continue;
+            // Once more with the equilibrium at hand: reactions belong to its last linearisation.
+            Attempt full = refine(scene, options, work, equilibrium, below->shape, solution.iterations);
+            if (full.stable()) return full;
+        }
+        return std::nullopt;
+    };
     double carried = 0.0;  // share of the loads without potential, where they were grown
     for (const int parts : {2, 4, 8, 16, finest}) {
         if (work.exhausted()) break;
+        // The finest mesh costs more than all before it together.
+        if (parts == finest && !unstable && solution.conservative)
+            if (std::optional<Attempt> full = over_the_rim()) return accept(*std::move(full), past_a_fold);
         // From a mesh that is fine enough Newton takes three to six iterations. One that takes many more is lost, and a
         // finer mesh costs less than to wait for it.
         SolveOptions few = options;
@@ -201,19 +220,8 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         solution.plan.push_back("the descent did not lead there: loads without potential grown step by step");
         return accept(full, "converged along the growing loads");
     }
-    if (!unstable && solution.conservative && !last.shape.plates.empty()) {
-        // Just past a fold the mesh may still have the minimum that the exact rods have lost: over its shallow rim.
-        const Ridge rim = Descent(geometry, scene, work).sides_of(shape);
-        for (const std::optional<Shape>* side : {&rim.taken, &rim.other}) {
-            if (!*side) continue;
-            const std::optional<Attempt> below = stable_below(geometry, scene, options, work, **side);
-            if (!below) continue;
-            // Once more with the equilibrium at hand: reactions belong to its last linearisation.
-            const Attempt full = refine(scene, options, work, equilibrium, below->shape, solution.iterations);
-            if (full.stable())
-                return accept(full, "converged; beyond a posture that ends just before this scene, at a fold");
-        }
-    }
+    if (!unstable && !rim_tried && solution.conservative && !last.shape.plates.empty())
+        if (std::optional<Attempt> full = over_the_rim()) return accept(*std::move(full), past_a_fold);
     if (!unstable) {
         if (const auto stiff = stiffen(geometry, scene, options, shape, work, solution.iterations)) {
             Attempt full = refine(scene, options, work, equilibrium, *stiff, solution.iterations);
