@@ -15,13 +15,14 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-WallEnergy<double> along(const WallEnergy<Dual<3>>& e, const Shape<double>& d) {
-    const auto by = [&](const Dual<3>& x) {
-        return x.slope[0] * d.stretch + x.slope[1] * d.volume + x.slope[2] * d.twist;
-    };
-    return {by(e.value), by(e.g_l), by(e.g_w), by(e.g_t), by(e.h_ll), by(e.h_lw), by(e.h_lt), by(e.h_ww), by(e.h_wt),
-            by(e.h_tt)};
+/// Every number of an energy, turned by `take` into a plain one.
+template <class S, class Take>
+WallEnergy<double> taken(const WallEnergy<S>& e, Take&& take) {
+    return {take(e.value), take(e.g_l),  take(e.g_w),  take(e.g_t),  take(e.h_ll),
+            take(e.h_lw),  take(e.h_lt), take(e.h_ww), take(e.h_wt), take(e.h_tt)};
 }
+
+double families_in(const TubeParameter& parameter) { return parameter.twin >= 0 ? 2.0 : 1.0; }
 
 Dual<1> moving(double value, double slope) { return {value, {slope}}; }
 
@@ -51,12 +52,19 @@ void Tube::section_slopes(double pressure, SectionModel model, Valve valve,
     const Equilibrium rest = solve_unloaded(pressure);
     const bool vanishing = wall_.tension_only() && std::abs(pressure) < smallest_pressure();
     const Shape<double> q = vanishing ? solve_unloaded(smallest_pressure()).shape : rest.shape;
-    // Values and slopes to the shape, at the very shape.
-    const WallEnergy<Dual<3>> third = wall_.energy(Shape<Dual<3>>{
-        Dual<3>::variable(q.stretch, 0), Dual<3>::variable(q.volume, 1), Dual<3>::variable(q.twist, 2)});
-    const WallEnergy<double> e{third.value.value, third.g_l.value,  third.g_w.value,  third.g_t.value,
-                               third.h_ll.value,  third.h_lw.value, third.h_lt.value, third.h_ww.value,
-                               third.h_wt.value,  third.h_tt.value};
+    // Values and slopes to stretch and volume, at the very shape. Those to the twist only where something twists.
+    const WallEnergy<Dual<2>> third = wall_.energy(
+        Shape<Dual<2>>{Dual<2>::variable(q.stretch, 0), Dual<2>::variable(q.volume, 1), Dual<2>(q.twist)});
+    std::optional<WallEnergy<double>> by_twist;
+    const auto add_along = [&](const Shape<double>& d, WallEnergy<double>& change) {
+        change.add(1.0, taken(third, [&](const Dual<2>& x) { return x.slope[0] * d.stretch + x.slope[1] * d.volume; }));
+        if (d.twist == 0.0) return;
+        if (!by_twist)
+            by_twist = taken(wall_.energy(Shape<Dual<1>>{q.stretch, q.volume, Dual<1>::variable(q.twist, 0)}),
+                             [](const Dual<1>& x) { return x.slope[0]; });
+        change.add(d.twist, *by_twist);
+    };
+    const WallEnergy<double> e = taken(third, [](const Dual<2>& x) { return x.value; });
     const Freedom free = freedom();
     const Factor factor(e, free);
     AxialNodes nodes;
@@ -74,7 +82,7 @@ void Tube::section_slopes(double pressure, SectionModel model, Valve valve,
         WallEnergy<double> change = energy_slope(parameter, q);
         Shape<double> d{-change.g_l, d_pressure - change.g_w, free.twist ? -change.g_t : 0.0};
         factor.solve(d.stretch, d.volume, d.twist);
-        change.add(1.0, along(third, d));
+        add_along(d, change);
         const WallEnergy<Dual<1>> moved{
             moving(e.value, change.value), moving(e.g_l, change.g_l),   moving(e.g_w, change.g_w),
             moving(e.g_t, change.g_t),     moving(e.h_ll, change.h_ll), moving(e.h_lw, change.h_lw),
@@ -157,7 +165,7 @@ SectionConstants<double> Tube::constants_slope(const TubeParameter& parameter) c
             break;
         }
         case Kind::fraction:
-            stiffen(layers_[parameter.layer], -layers_[parameter.layer].shear_modulus());
+            stiffen(layers_[parameter.layer], -families_in(parameter) * layers_[parameter.layer].shear_modulus());
             break;
         case Kind::coefficient: {
             const Layer& layer = layers_[parameter.layer];
@@ -181,7 +189,10 @@ WallEnergy<double> Tube::energy_slope(const TubeParameter& parameter, const Shap
     using Kind = TubeParameter::Kind;
     WallEnergy<double> d;
     const int layer = parameter.layer;
-    const auto family = [&]() -> const Fibres& { return layers_[layer].fibres[parameter.number]; };
+    const auto each_family = [&](auto&& use) {
+        use(layers_[layer].fibres[parameter.number], 1.0);
+        if (parameter.twin >= 0) use(layers_[layer].fibres[parameter.twin], -1.0);
+    };
     switch (parameter.kind) {
         case Kind::radius: {
             // Scaled by the inner radius: s = (R/R_i)^2 of one face moves, or with R_i those of all faces.
@@ -199,17 +210,19 @@ WallEnergy<double> Tube::energy_slope(const TubeParameter& parameter, const Shap
             break;
         }
         case Kind::angle:
-            d.add(family().stiffness, wall_.fibres_by_angle(layer, family().angle, q));
+            each_family([&](const Fibres& family, double sign) {
+                d.add(sign * family.stiffness, wall_.fibres_by_angle(layer, family.angle, q));
+            });
             break;
         case Kind::fraction:
-            d.add(family().modulus, wall_.fibres(layer, family().angle, q));
-            d.add(-1.0, wall_.silicone(layer, layers_[layer].law, q));
+            each_family([&](const Fibres& family, double) { d.add(family.modulus, wall_.fibres(layer, family.angle, q)); });
+            d.add(-families_in(parameter), wall_.silicone(layer, layers_[layer].law, q));
             break;
         case Kind::modulus:
-            d.add(family().fraction, wall_.fibres(layer, family().angle, q));
+            each_family([&](const Fibres& family, double) { d.add(family.fraction, wall_.fibres(layer, family.angle, q)); });
             break;
         case Kind::stiffness:
-            d.add(1.0, wall_.fibres(layer, family().angle, q));
+            each_family([&](const Fibres& family, double) { d.add(1.0, wall_.fibres(layer, family.angle, q)); });
             break;
         case Kind::coefficient: {
             const materials::AnyLaw& law = layers_[layer].law;

@@ -20,6 +20,9 @@ struct TubeParameter {
     };
     Kind kind = Kind::pressure;
     int layer = 0, number = 0;
+    int twin = -1;  // another family of the layer that changes as much, its angle the other way
+
+    bool operator==(const TubeParameter&) const = default;
 };
 
 /// Derivative of a tube's section and rest length to one of its parameters, field by field; of the axial law those of

@@ -337,6 +337,6 @@ WallEnergy<S> Wall::energy(const Shape<S>& q) const {
 // Compiled once, in wall.cpp: every law and both kinds of twist for each scalar.
 extern template WallEnergy<double> Wall::energy(const Shape<double>& q) const;
 extern template WallEnergy<Dual<1>> Wall::energy(const Shape<Dual<1>>& q) const;
-extern template WallEnergy<Dual<3>> Wall::energy(const Shape<Dual<3>>& q) const;
+extern template WallEnergy<Dual<2>> Wall::energy(const Shape<Dual<2>>& q) const;
 
 }  // namespace softlimb::actuator

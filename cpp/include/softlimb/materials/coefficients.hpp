@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <variant>
@@ -14,16 +15,16 @@
 
 namespace softlimb::materials {
 
-/// Calls `use(name, value, linear)` with every coefficient in turn, `value` a reference into the law.
+/// Calls `use(name, term, value, linear)` with every coefficient in turn: `term` is its number among like ones, or -1,
+/// `value` a reference into the law.
 template <class L, class Use>
 void for_each_coefficient(L& law, Use&& use) {
     const auto each = [&](const auto& parameter) {
         auto& held = law.*parameter.member;
         if constexpr (requires { held.count; }) {
-            for (int i = 0; i < held.count; ++i)
-                use(std::string(parameter.name) + "[" + std::to_string(i) + "]", held.value[i], parameter.linear);
+            for (int i = 0; i < held.count; ++i) use(parameter.name, i, held.value[i], parameter.linear);
         } else {
-            use(std::string(parameter.name), held, parameter.linear);
+            use(parameter.name, -1, held, parameter.linear);
         }
     };
     std::apply([&](const auto&... parameter) { (each(parameter), ...); }, std::remove_const_t<L>::parameters());
@@ -48,12 +49,12 @@ auto by_coefficient(const AnyLaw& any, int number, double reach, Compute&& compu
             double* value = nullptr;
             bool linear = true;
             int count = 0;
-            for_each_coefficient(changed, [&](const std::string&, double& held, bool is_linear) {
+            for_each_coefficient(changed, [&](std::string_view, int, double& held, bool is_linear) {
                 if (count++ == number) value = &held, linear = is_linear;
             });
             if (value == nullptr) reject("number of a law's coefficient", number, "one that the law has");
             if (linear) {
-                for_each_coefficient(changed, [&](const std::string&, double& held, bool is_linear) {
+                for_each_coefficient(changed, [&](std::string_view, int, double& held, bool is_linear) {
                     if (is_linear) held = 0.0;
                 });
                 *value = 1.0;
@@ -77,7 +78,7 @@ inline double coefficient(const AnyLaw& any, int number) {
     int count = 0;
     std::visit(
         [&](const auto& law) {
-            for_each_coefficient(law, [&](const std::string&, double value, bool) {
+            for_each_coefficient(law, [&](std::string_view, int, double value, bool) {
                 if (count++ == number) found = value;
             });
         },
@@ -90,7 +91,10 @@ inline std::vector<std::string> coefficient_names(const AnyLaw& any) {
     std::vector<std::string> names;
     std::visit(
         [&](const auto& law) {
-            for_each_coefficient(law, [&](const std::string& name, double, bool) { names.push_back(name); });
+            for_each_coefficient(law, [&](std::string_view name, int term, double, bool) {
+                names.emplace_back(name);
+                if (term >= 0) names.back() += "[" + std::to_string(term) + "]";
+            });
         },
         any);
     return names;
