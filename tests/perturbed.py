@@ -138,20 +138,52 @@ def difference(a: Any, b: Any) -> np.ndarray:
     return np.concatenate([np.ravel(moves), np.ravel(a[1] - b[1]), [a[2] - b[2]]])
 
 
+def joints(posture: sl.Posture, n: int) -> list[tuple[int, int]]:
+    """Which points of the centreline stand on which rods and plates: one that passes a joint has no derivative there."""
+    return [(part.number, int(k)) for part in posture._centreline_parts(n)[1] for k in part.inside]
+
+
+def extrapolated(quotients: list[np.ndarray]) -> np.ndarray:
+    """Richardson's table of central differences with halved steps, and of its entries the one that agrees best.
+
+    An entry's error is taken as its distance to the two that it was made of (Ridders): large steps leave terms out, small
+    ones leave rounding.
+    """
+    best, least, above = quotients[0], np.inf, [quotients[0]]
+    for quotient in quotients[1:]:
+        row = [quotient]
+        for order, before in enumerate(above, start=1):
+            row.append((4.0**order * row[-1] - before) / (4.0**order - 1.0))
+            error = max(np.linalg.norm(row[-1] - row[-2]), np.linalg.norm(row[-1] - before))
+            if error < least:
+                best, least = row[-1], error
+        above = row
+    return best
+
+
 def slope(
-    posture: sl.Posture, options: dict[str, Any], label: str, step: float, n: int, energy: bool, levels: int = 3
+    posture: sl.Posture, options: dict[str, Any], label: str, step: float, n: int, energy: bool, levels: int = 6
 ) -> np.ndarray:
-    """Richardson's extrapolation of central differences of tight solves, started from the posture."""
-    quotients = []
+    """The column of a label by differences of tight solves, started from the posture: plates, centreline, energy.
+
+    A step at which a point of the centreline passes a joint of rods and plates does not count for the centreline, whose
+    rows are NaN where that leaves fewer than three.
+    """
+    length = 6 * len(posture.limb)
+    parts = (slice(0, length), slice(length, -1), slice(-1, None))
+    quotients: list[list[np.ndarray]] = [[], [], []]
     for k in range(levels):
-        h = step / 2.0**k
-        ends = []
+        h, ends, passed = step / 2.0**k, [], False
         for side in (h, -h):
             limb, moved = changed(posture.limb, options, label, side)
             found = limb.solve(**moved, start=posture, prefer_stable=False)
             assert found.success, (label, side, found.message)
             ends.append(answers(found, n, energy))
-        quotients.append(difference(*ends) / (2.0 * h))
-    for order in range(1, levels):
-        quotients = [(4.0**order * b - a) / (4.0**order - 1.0) for a, b in zip(quotients, quotients[1:], strict=False)]
-    return quotients[0]
+            passed = passed or joints(found, n) != joints(posture, n)
+        quotient = difference(*ends) / (2.0 * h)
+        for which, part in enumerate(parts):
+            if not (passed and which == 1):
+                quotients[which].append(quotient[part])
+    few = len(quotients[1]) < 3
+    line = np.full(3 * n, np.nan) if few else extrapolated(quotients[1])
+    return np.concatenate([extrapolated(quotients[0]), line, extrapolated(quotients[2])])

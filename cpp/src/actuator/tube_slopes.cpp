@@ -109,6 +109,9 @@ void Tube::section_slopes(double pressure, SectionModel model, Valve valve,
         const Freedom loaded{true, valve == Valve::open, free.twist};
         const double share = c.active / rest_length;
         const double d_share = share * (dc.active / c.active - slopes[i].rest_length / rest_length);
+        // The nodes stand at shares of a stiffness, and move with it.
+        const double d_range = out.bending / section.bending + dc.linear_axial / c.linear_axial -
+                               dc.linear_bending / c.linear_bending;
         AxialNodes::Values d_value{};
         for (int k = 0; k < nodes.count; ++k) {
             if (k == nodes.rest) {
@@ -126,9 +129,19 @@ void Tube::section_slopes(double pressure, SectionModel model, Valve valve,
             Factor(there, loaded).solve(l, w, t);
             d_value[k] = ((l - d.stretch) * share + (nodes.shape[k].stretch - rest.shape.stretch) * d_share) /
                          nodes.force[k];
+            double along = 1.0, w_along = 0.0, t_along = 0.0;
+            Factor(there, loaded).solve(along, w_along, t_along);
+            d_value[k] += d_range * (along * share / c.area_scale - nodes.value[k]);
         }
-        out.axial_law = section.axial_law;
+        const AxialLaw& law = section.axial_law;
+        out.axial_law = law;
         out.axial_law.coefficient = coefficients_of(d_value);
+        // At a given force x = force / half_range - centre / half_range falls as the range grows.
+        const double shift = law.centre / law.half_range;
+        for (int k = 0; k <= law.degree; ++k) {
+            const double next = k < law.degree ? (k + 1) * law.coefficient[k + 1] : 0.0;
+            out.axial_law.coefficient[k] -= d_range * (k * law.coefficient[k] + shift * next);
+        }
     }
 }
 

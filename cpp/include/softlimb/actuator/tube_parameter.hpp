@@ -25,8 +25,8 @@ struct TubeParameter {
     bool operator==(const TubeParameter&) const = default;
 };
 
-/// Derivative of a tube's section and rest length to one of its parameters, field by field; of the axial law those of
-/// the coefficients, at fixed centre and half range (which it repeats).
+/// Derivative of a tube's section and rest length to one of its parameters, field by field; of the axial law a
+/// law whose strain at a given force is the derivative of the strain (its centre and half range are the same).
 struct SectionSlope {
     double rest_length = 0.0;
     Section section{};
