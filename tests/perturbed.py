@@ -139,15 +139,15 @@ def difference(a: Any, b: Any) -> np.ndarray:
 
 
 def joints(posture: sl.Posture, n: int) -> list[tuple[int, int]]:
-    """Which points of the centreline stand on which rods and plates: one that passes a joint has no derivative there."""
+    """Which points of the centreline stand on which rods and plates: where one passes a joint there is a corner."""
     return [(part.number, int(k)) for part in posture._centreline_parts(n)[1] for k in part.inside]
 
 
 def extrapolated(quotients: list[np.ndarray]) -> np.ndarray:
     """Richardson's table of central differences with halved steps, and of its entries the one that agrees best.
 
-    An entry's error is taken as its distance to the two that it was made of (Ridders): large steps leave terms out, small
-    ones leave rounding.
+    An entry's error is taken as its distance to the two that it was made of (Ridders): large steps leave terms out,
+    small ones leave rounding.
     """
     best, least, above = quotients[0], np.inf, [quotients[0]]
     for quotient in quotients[1:]:
@@ -162,7 +162,7 @@ def extrapolated(quotients: list[np.ndarray]) -> np.ndarray:
 
 
 def slope(
-    posture: sl.Posture, options: dict[str, Any], label: str, step: float, n: int, energy: bool, levels: int = 6
+    posture: sl.Posture, options: dict[str, Any], label: str, step: float, n: int, energy: bool, levels: int = 8
 ) -> np.ndarray:
     """The column of a label by differences of tight solves, started from the posture: plates, centreline, energy.
 

@@ -79,9 +79,6 @@ class _Columns:
     column_units: tuple[str, ...]
     column_names: tuple[str, ...]
 
-    def __iter__(self) -> Iterator[tuple[str, ...]]:
-        return iter((self.columns, self.column_units, self.column_names))
-
     def _chosen(self, name: str) -> list[int]:
         if name in self.columns:
             return [self.columns.index(name)]
@@ -159,6 +156,7 @@ class _Made(NamedTuple):
 
     core: _core.Parameters
     labels: _Columns
+    parts: list[tuple[_Part, ...]]
     thickness: Array  # of each plate by each column
 
 
@@ -256,13 +254,13 @@ def _of_families(fibres: Sequence[Any], place: int, layer: int, name: str) -> It
         twin = opposite[0] if opposite else -1
         if opposite:
             waiting.remove(twin)
-        # The second of a pair turns the other way, so the first must be the positive one; alone, minus an angle shrinks.
+        # The second of a pair turns the other way, so the first is the positive one; alone, a negative one shrinks.
         if twin >= 0 and fibres[k].angle < 0.0:
             k, twin = twin, k
         shrinks = kind == "tube angle" and fibres[k].angle < 0.0
         groups.append((k, _Part(kind, place, layer, k, twin, None, -1.0 if shrinks else 1.0)))
     for count, (k, part) in enumerate(groups):
-        by_modulus = fibres[k].modulus > 0.0
+        by_modulus = fibres[k].modulus is not None
         if name == "fibre_angle" or by_modulus == (name != "fibre_stiffness"):
             which = f"[{count}]" if len(groups) > 1 else ""
             yield _Column(f"layers[{layer}].{name}{which}", _OF_FIBRES[name], (part,))
@@ -344,7 +342,8 @@ def columns(limb: Limb, to: str | Sequence[str], each: Each) -> _Made:
         tuple(column.unit for _, column in flat),
         tuple(name for name, _ in flat),
     )
-    return kept.setdefault((names, each), _Made(_core.Parameters(parts, len(flat)), labels, thickness))
+    core = _core.Parameters(parts, len(flat))
+    return kept.setdefault((names, each), _Made(core, labels, [column.parts for _, column in flat], thickness))
 
 
 class _Answers(NamedTuple):
@@ -438,7 +437,10 @@ def derivative(posture: Posture, of: str | Sequence[str], to: str | Sequence[str
     made = columns(posture.limb, to, each)
     matrix = _matrix(posture, _answers(posture, asked, n), made)
     rows, units = zip(*_labels(len(posture.limb.segments), asked, n), strict=True)
-    return Derivative(*made.labels, matrix, rows, units)
+    of_columns = made.labels
+    return Derivative(
+        of_columns.columns, of_columns.column_units, of_columns.column_names, matrix, rows, units
+    )
 
 
 def gradient(
@@ -474,4 +476,6 @@ def gradient(
         None if answers.sliding is None else (row @ answers.sliding)[None],
         None if answers.energy is None else np.array([row @ answers.energy]),
     )
-    return Gradient(*made.labels, _matrix(posture, one, made)[0])
+    of_columns = made.labels
+    values = _matrix(posture, one, made)[0]
+    return Gradient(of_columns.columns, of_columns.column_units, of_columns.column_names, values)

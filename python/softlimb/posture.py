@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -250,6 +251,9 @@ class Posture:
         if given is not None:
             self.__dict__.update(given)
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_linear"}
+
     # What a posture from plain numbers was given is read out of the core when it is first asked for.
 
     @cached_property
@@ -420,7 +424,7 @@ class Posture:
                 bounds.append(bounds[-1] + segments[j].plate.thickness)
         path = np.linspace(0.0, bounds[-1], count)
         parts = []
-        for k, (start, end) in enumerate(zip(bounds, bounds[1:], strict=False)):
+        for k, (start, end) in enumerate(pairwise(bounds)):
             if k % 2 == 0:
                 inside = np.flatnonzero((path >= start) & (path <= end))
             else:

@@ -6,12 +6,13 @@ moment at the tip, following loads, a held tip, the nonlinear section, tension-o
 of rods with any sections. Away from folds: stable, and no softer at the tip than `SOFTEST` times the same limb without
 loads. Solved to 1e-12 of the limb's length.
 
-Columns: of each scene some, drawn from all that can be differentiated to. Differences with six steps, 4 % of the number
-(of a load: of its usual size; of a coefficient: of the shear modulus) and halves of it, 12 solves a column, of which
-Richardson's table keeps the entry that agrees best with its neighbours. Error: norm of a column's error over the norm of the column, separately for all plates
-(translations over the limb's length), eleven points of the centreline and the energy. The energy's column is no less
-than 1e-3 of the energy over the number, where it is a small difference of large terms; a column that moves nothing by
-1e-10 of the length for the whole number (a moment about an axis that is held) is zero.
+Columns: of each scene some, drawn from all that can be differentiated to. Differences with eight steps, 4 % of the
+number (of a load: of its usual size; of a coefficient: of the shear modulus) and halves of it, 16 solves a column, of
+which Richardson's table keeps the entry that agrees best with its neighbours. Error: norm of a column's error over the
+norm of the column, separately for all plates (translations over the limb's length), eleven points of the centreline and
+the energy. The energy's column is no less than 1e-3 of the energy over the number, where it is a small difference of
+large terms; a column that moves nothing by 1e-10 of the length for the whole number (a moment about an axis that is
+held) is zero.
 
 Cost: gradients of the tip's height to 30 parameters on the reference limb in the paper's complex posture, linearisation
 included, beside solves of it: from the posture at pressures 1 % lower, and cold. Alternately, medians and spread.
@@ -29,7 +30,7 @@ import numpy as np
 
 import softlimb as sl
 from softlimb import presets
-from softlimb.units import deg, kPa
+from softlimb.units import kPa
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import perturbed
@@ -37,7 +38,8 @@ import perturbed
 POINTS = 11
 SOFTEST = 10.0
 SHARE = 0.04
-TUBES = ("pressures", "length", "radii", "fibre_angle", "fibre_fraction", "fibre_modulus", "law", "density", "cap_length")
+FIBRES = ("fibre_angle", "fibre_fraction", "fibre_modulus")
+TUBES = ("pressures", "length", "radii", "law", "density", "cap_length", *FIBRES)
 RODS = ("length", "section", "rod_forces")
 ANY = ("gravity", "tip_force", "tip_moment", "plate_wrenches", "ring_radius", "plate_mass", "plate_thickness")
 SIZES = {"gravity": 9.81, "tip_force": 0.5, "tip_moment": 0.02, "plate_wrenches": 0.1, "rod_forces": 0.5}
@@ -147,7 +149,7 @@ def described(number):
     return ", ".join(words)
 
 
-def step_of(posture, label, value):
+def step_of(label, value):
     """The largest step: a share of a number; of a load, of its usual size."""
     name = label.split(".")[0].split("[")[0]
     if name in SIZES:
@@ -155,8 +157,8 @@ def step_of(posture, label, value):
     return SHARE * abs(value)
 
 
-def value_of(posture, options, label):
-    """The number that a column is the derivative to, by undoing it: zero where it is no number of the limb's own."""
+def value_of(posture, label):
+    """The size of the number that a column is the derivative to; zero where it is no number of the limb's own."""
     if label.startswith("pressures"):
         return posture.pressures[int(label[10:-1])]
     _, _, what = label.partition(".")
@@ -174,12 +176,13 @@ def value_of(posture, options, label):
         # Shear and extension of a slender rod move the tip by little: larger steps lift them above the rounding.
         return 5.0 * max(abs(own), natural.get(what.removeprefix("section."), 0.0))
     if what.startswith("radii"):
-        return 10.0 * (member.layers[0].outer - member.layers[0].inner) * 0.1
+        return member.layers[0].outer - member.layers[0].inner
     if what.startswith("layers"):
         layer = member.layers[int(what[7])]
         field = what[10:]
         if field.startswith("fibre_"):
-            return getattr(layer.fibres[0], field.removeprefix("fibre_").split("[")[0])
+            values = [getattr(family, field.removeprefix("fibre_").split("[")[0]) for family in layer.fibres]
+            return next(abs(value) for value in values if value)
         if field.startswith("alpha"):
             return layer.law.alpha[int(field[-2])]
         if field == "density":
@@ -213,8 +216,8 @@ def measure(number, count):
     outcomes = []
     for k in generator.choice(len(found.columns), size=min(count, len(found.columns)), replace=False):
         label = found.columns[k]
-        value = value_of(posture, options, label)
-        step = step_of(posture, label, value)
+        value = value_of(posture, label)
+        step = step_of(label, value)
         # A wrench that has no potential has no energy, and a moment would give it one that has none.
         of_energy = energy and not label.startswith(("tip_moment", "plate_wrenches"))
         of_energy = of_energy and not (options.get("frame") == "plate" and "force" in label)
@@ -257,7 +260,7 @@ def accuracy(arguments):
     for name, column in zip(("plates", "centreline", "energy"), errors.T, strict=True):
         middle, high, top = np.nanpercentile(column, [50, 99, 100])
         print(f"  error of {name:<10} over the column's norm: median {middle:.1e}, 99 % {high:.1e}, largest {top:.1e}")
-    for total, number, label, *parts in sorted(worst, reverse=True)[:8]:
+    for _, number, label, *parts in sorted(worst, reverse=True)[:8]:
         parts_text = " ".join(f"{part:.0e}" for part in parts)
         print(f"  scene {number} ({described(number)}), {label}: {parts_text}")
     print(f"  centrelines left out because a point passed a joint: {np.isnan(errors).sum()}")
