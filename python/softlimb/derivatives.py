@@ -403,7 +403,8 @@ def _made(posture: Posture) -> tuple[_core.Members, Array, str, str]:
 def _matrix(posture: Posture, answers: _Answers, to: _Made) -> Array:
     made, count = _made(posture), len(to.labels.columns)
     linear = posture._linear
-    if len(answers.weights) <= count:
+    # A row of the adjoint costs about twice a column: it starts with another factorisation.
+    if 2 * len(answers.weights) <= count:
         found = linear.adjoint(answers.weights, to.core, made, answers.rods, answers.fractions)
     else:
         found = answers.weights @ linear.forward(to.core, made, answers.rods, answers.fractions)

@@ -323,9 +323,8 @@ void Derivatives::for_each_plate_load(const SceneRate& rate, Use&& use) const {
     }
 }
 
-Derivatives::Load Derivatives::load_of(const SceneRate& rate) const {
+void Derivatives::put_load(const SceneRate& rate, Load& load) const {
     const Geometry& geometry = *posture_->geometry;
-    Load load;
     load.pieces.resize(shape_.rods.size());
     for (std::size_t i = 0; i < shape_.rods.size(); ++i)
         load.pieces[i].assign(shape_.rods[i].elements(), Vector12::Zero());
@@ -344,7 +343,6 @@ Derivatives::Load Derivatives::load_of(const SceneRate& rate) const {
         if (j > 0) load.plates[j - 1].tail<3>() += three(move, 0).cross(three(at_ends, 0));
     });
     for_each_plate_load(rate, [&](int j, const Vector6& change) { load.plates[j] += change; });
-    return load;
 }
 
 MatrixXd Derivatives::forward(const std::vector<SceneRate>& rates, const std::vector<MaterialPoint>& points) const {
@@ -355,14 +353,21 @@ MatrixXd Derivatives::forward(const std::vector<SceneRate>& rates, const std::ve
     MatrixXd answers(6 * plates + 3 * static_cast<Eigen::Index>(points.size()), static_cast<Eigen::Index>(rates.size()));
     Moves moves;
     moves.set_zero(geometry, shape_);
+    Load load;
     std::vector<Vector12> at_ends(rods);
     std::vector<Vector6> carried(plates);
     std::vector<std::vector<Vector6>> interior(rods);
     std::vector<VectorXd> slopes(rods);
+    for (int i = 0; i < rods; ++i) slopes[i].resize(pieces.ends[i].rows());
     for (Eigen::Index n = 0; n < answers.cols(); ++n) {
-        Load load = load_of(rates[n]);
+        put_load(rates[n], load);
         for (int i = 0; i < rods; ++i) {
             const rod::Chain& chain = equilibrium_.chains_[i];
+            if (pieces.share[i].col(n).isZero(0.0) && load.ends[i].isZero(0.0)) {
+                at_ends[i].setZero(), slopes[i].setZero();
+                interior[i].assign(chain.elements() + 1, Vector6::Zero());
+                continue;
+            }
             slopes[i].noalias() = pieces.ends[i] * pieces.share[i].col(n);
             for (int e = 0; e < chain.elements(); ++e) {
                 // At fixed nodes a slope of the end's pose is taken back by the base wrench.

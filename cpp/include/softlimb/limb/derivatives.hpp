@@ -108,7 +108,7 @@ private:
 
     PieceRates piece_rates(const std::vector<SceneRate>& rates, const std::vector<MaterialPoint>& points) const;
     std::vector<PointRows> point_rows(const std::vector<MaterialPoint>& points) const;
-    Load load_of(const SceneRate& rate) const;
+    void put_load(const SceneRate& rate, Load& load) const;
     template <class Use>
     void for_each_plate_load(const SceneRate& rate, Use&& use) const;
     Multipliers multipliers(const Eigen::VectorXd& weights, const std::vector<PointRows>& points) const;
