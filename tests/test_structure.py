@@ -29,6 +29,7 @@ PYTHON_ORDER = [
     ["_core", "arguments", "units"],
     ["quantities", "materials"],
     ["tube"],
+    ["derivatives"],
     ["posture"],
     ["path"],
     ["limb"],

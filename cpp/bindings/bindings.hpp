@@ -20,6 +20,7 @@ void bind_tube(pybind11::module_& m);
 void bind_rod(pybind11::module_& m);
 void bind_limb(pybind11::module_& m);
 void bind_members(pybind11::module_& m);
+void bind_derivatives(pybind11::module_& m);
 void bind_path(pybind11::module_& m);
 void bind_bench(pybind11::module_& m);
 void bind_sweep(pybind11::module_& m);

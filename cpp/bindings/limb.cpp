@@ -24,13 +24,6 @@ void require_shape(const py::array& a, const std::vector<py::ssize_t>& shape, co
     if (!same) throw std::invalid_argument(std::string(name) + " has the wrong shape");
 }
 
-Array matrix_array(const Eigen::MatrixXd& m) {
-    Array out({m.rows(), m.cols()});
-    for (py::ssize_t r = 0; r < m.rows(); ++r)
-        for (py::ssize_t c = 0; c < m.cols(); ++c) out.mutable_data()[r * m.cols() + c] = m(r, c);
-    return out;
-}
-
 Vector6 vector6_at(const Array& a, py::ssize_t i) { return Eigen::Map<const Vector6>(a.data() + 6 * i); }
 Vector3 vector3_at(const Array& a, py::ssize_t i) { return Eigen::Map<const Vector3>(a.data() + 3 * i); }
 
@@ -322,20 +315,11 @@ void bind_limb(py::module_& m) {
                 return limb::remarks(p, nearest);
             },
             py::arg("gap"), py::arg("first"), "What to know before the posture is trusted; of its clearance.")
-        .def(
-            "plate_stiffness",
-            [](const Posture& p) {
-                return matrix_array(limb::plate_stiffness(*p.geometry, p.scene, p.solution.shape));
-            },
-            "Condensed stiffness of the plates' free freedoms, (6 J, 6 J).")
         .def("verify",
              [](const Posture& p) -> py::typing::Tuple<double, double, double, double, double> {
                  const limb::Verification v = limb::verify(p);
                  return py::make_tuple(v.position_error, v.rotation_error, v.force_error, v.moment_error, v.hold_error);
              })
-        .def(
-            "compliance",
-            [](const Posture& p) { return matrix_array(limb::tip_compliance(*p.geometry, p.scene, p.solution.shape)); })
         .def(py::pickle([](const Posture& p) { return posture_state(p); }, &posture_of));
 }
 

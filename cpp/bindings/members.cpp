@@ -58,23 +58,6 @@ py::typing::Tuple<std::vector<Section>, Array, Refused> sections_at(const Member
     return py::make_tuple(sections, lengths, refused);
 }
 
-/// Tip (dp, dtheta) by each pressure, shape (6, A).
-Array tip_jacobian(const Members& members, const Posture& posture, const Array& pressures, const std::string& model,
-                   const std::string& valve) {
-    if (pressures.size() != members.actuators()) throw std::invalid_argument("one pressure an actuator is needed");
-    const std::vector<Vector6> by_rod =
-        limb::tip_response(*posture.geometry, posture.scene, posture.solution.shape,
-                           members.slopes_at(pressures.data(), section_model(model), valve_of(valve)));
-    Array jacobian({6, members.actuators()});
-    auto out = jacobian.mutable_unchecked<2>();
-    int column = 0;
-    for (const int rod : members.driven()) {
-        for (int k = 0; k < 6; ++k) out(k, column) = by_rod[rod](k);
-        ++column;
-    }
-    return jacobian;
-}
-
 /// Solves what is given in plain numbers without a detour through Python's checks.
 class PlainSolver {
 public:
@@ -154,9 +137,7 @@ void bind_members(py::module_& m) {
                                                   "with radius 0 where it is not known; flat order.")
         .def(py::init(&make_members), py::arg("members"))
         .def("at_pressures", &sections_at, py::arg("pressures"), py::arg("section"), py::arg("valve"),
-             "Sections, rest lengths, and status and reason where an actuator has no state.")
-        .def("tip_jacobian", &tip_jacobian, py::arg("posture"), py::arg("pressures"), py::arg("section"),
-             py::arg("valve"), "Change of the tip by each pressure, shape (6, A) [m/Pa, rad/Pa].");
+             "Sections, rest lengths, and status and reason where an actuator has no state.");
     py::class_<PlainSolver>(m, "PlainSolver", "Postures from plain numbers, in a few microseconds beside the solve.")
         .def(py::init<std::shared_ptr<Geometry>, std::shared_ptr<Members>, std::vector<int>>(), py::arg("geometry"),
              py::arg("members"), py::arg("actuators_of_segments"))

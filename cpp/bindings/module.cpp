@@ -8,6 +8,7 @@ PYBIND11_MODULE(_core, m) {
     softlimb::bindings::bind_rod(m);
     softlimb::bindings::bind_limb(m);
     softlimb::bindings::bind_members(m);
+    softlimb::bindings::bind_derivatives(m);
     softlimb::bindings::bind_path(m);
     softlimb::bindings::bind_bench(m);
     softlimb::bindings::bind_sweep(m);

@@ -28,6 +28,22 @@ inline actuator::SectionModel section_model(std::string_view name) {
         {{"tangent", SectionModel::tangent}, {"nonlinear", SectionModel::nonlinear}, {"paper", SectionModel::paper}});
 }
 
+inline actuator::TubeParameter::Kind tube_parameter(std::string_view name) {
+    using Kind = actuator::TubeParameter::Kind;
+    return named<Kind>("parameter of a tube", name,
+                       {{"pressure", Kind::pressure},
+                        {"length", Kind::length},
+                        {"mass", Kind::mass},
+                        {"cap_length", Kind::cap_length},
+                        {"radius", Kind::radius},
+                        {"angle", Kind::angle},
+                        {"fraction", Kind::fraction},
+                        {"modulus", Kind::modulus},
+                        {"stiffness", Kind::stiffness},
+                        {"coefficient", Kind::coefficient},
+                        {"density", Kind::density}});
+}
+
 inline actuator::Valve valve_of(std::string_view name) {
     using actuator::Valve;
     return named<Valve>("valve", name, {{"open", Valve::open}, {"locked", Valve::locked}});

@@ -413,6 +413,17 @@ ValueError
             },
             py::arg("pressure"), py::arg("model"), py::arg("valve"), py::arg("derivative"))
         .def(
+            "_section_slope",
+            [](const Tube& tube, double pressure, const std::string& model, const std::string& valve,
+               const std::string& parameter, int layer, int number, int twin) {
+                std::vector<SectionSlope> slopes;
+                tube.section_slopes(pressure, section_model(model), valve_of(valve),
+                                    {{tube_parameter(parameter), layer, number, twin}}, slopes);
+                return std::pair{slopes[0].rest_length, slopes[0].section};
+            },
+            py::arg("pressure"), py::arg("model"), py::arg("valve"), py::arg("parameter"), py::arg("layer"),
+            py::arg("number"), py::arg("twin"), "Derivative of rest length and section to one number of the tube, for tests.")
+        .def(
             "_energy",
             [](const Tube& tube, double stretch, double volume, double twist) {
                 const auto e = tube.wall().energy(Shape<double>{stretch, volume, twist});

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['CHUNK_ROWS', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'PlainSolver', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'rod_end', 'status_names', 'sweep_rows', 'thread_geometry', 'use_instruction_set', 'yardstick']
+__all__: list[str] = ['CHUNK_ROWS', 'Derivatives', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'Parameters', 'PlainSolver', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'law_coefficients', 'potential_energy', 'potential_energy_slopes', 'rest_length_slopes', 'rod_end', 'status_names', 'sweep_rows', 'thread_geometry', 'use_instruction_set', 'yardstick']
 class Section:
     """
     Stiffness of a rod's cross-section, per rest length, SI.
@@ -2096,6 +2096,10 @@ class Tube:
         ...
     def _section(self, pressure: typing.SupportsFloat | typing.SupportsIndex, model: str, valve: str, derivative: bool) -> dict[str, typing.Any]:
         ...
+    def _section_slope(self, pressure: typing.SupportsFloat | typing.SupportsIndex, model: str, valve: str, parameter: str, layer: typing.SupportsInt | typing.SupportsIndex, number: typing.SupportsInt | typing.SupportsIndex, twin: typing.SupportsInt | typing.SupportsIndex) -> tuple[float, Section]:
+        """
+        Derivative of rest length and section to one number of the tube, for tests.
+        """
     def _stress(self, states: TubeStates, radius: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], is_reference: bool) -> numpy.typing.NDArray[numpy.float64]:
         ...
     @property
@@ -2158,12 +2162,6 @@ class Posture:
         ...
     def clearance(self, arg0: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], arg1: typing.SupportsInt | typing.SupportsIndex) -> tuple[float, int, int, float, float]:
         ...
-    def compliance(self) -> numpy.typing.NDArray[numpy.float64]:
-        ...
-    def plate_stiffness(self) -> numpy.typing.NDArray[numpy.float64]:
-        """
-        Condensed stiffness of the plates' free freedoms, (6 J, 6 J).
-        """
     def remarks(self, gap: typing.SupportsFloat | typing.SupportsIndex, first: typing.SupportsInt | typing.SupportsIndex) -> list[str]:
         """
         What to know before the posture is trusted; of its clearance.
@@ -2286,10 +2284,6 @@ class Members:
         """
         Sections, rest lengths, and status and reason where an actuator has no state.
         """
-    def tip_jacobian(self, posture: Posture, pressures: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], section: str, valve: str) -> numpy.typing.NDArray[numpy.float64]:
-        """
-        Change of the tip by each pressure, shape (6, A) [m/Pa, rad/Pa].
-        """
 class PlainSolver:
     """
     Postures from plain numbers, in a few microseconds beside the solve.
@@ -2302,6 +2296,31 @@ class PlainSolver:
         no answer: it is then for Python to say what is wrong. Plain are floats and integers, lists and tuples of them, arrays
         of float64; all finite and of the right number.
         """
+class Parameters:
+    """
+    Numbers of a limb and its loads for derivatives: kind, place, layer, number, twin, direction, column and
+    factor each.
+    """
+    def __init__(self, parameters: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex, collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] | None, typing.SupportsInt | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex]], columns: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+class Derivatives:
+    """
+    A posture, linearised. `made` is (members, pressures, section model, valve).
+    """
+    def __init__(self, posture: Posture, tolerance: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    def adjoint(self, weights: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], parameters: Parameters, made: tuple[Members, typing.Annotated[numpy.typing.ArrayLike, numpy.float64], str, str], rods: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], fractions: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Rows of weights times what `forward` gives, without forming it.
+        """
+    def compliance(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    def forward(self, parameters: Parameters, made: tuple[Members, typing.Annotated[numpy.typing.ArrayLike, numpy.float64], str, str], rods: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], fractions: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (dp, dtheta) of all plates, then positions of points on rods, by each column.
+        """
+    def plate_stiffness(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
 class FollowedPath:
     """
     Equilibria along one parameter.
@@ -2357,6 +2376,22 @@ def integrator_orders() -> list[int]:
 def law_class_names() -> list[str]:
     """
     Class names of the material laws, in the order of the list in laws.hpp.
+    """
+def law_coefficients(law: NeoHookean | Yeoh | MooneyRivlin | Ogden | Gent) -> list[str]:
+    """
+    Names of all coefficients of a law.
+    """
+def potential_energy(posture: Posture) -> float:
+    """
+    Of rods and loads [J]; RuntimeError where the loads have no potential.
+    """
+def potential_energy_slopes(posture: Posture, parameters: Parameters, made: tuple[Members, typing.Annotated[numpy.typing.ArrayLike, numpy.float64], str, str]) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Its derivatives, (columns,).
+    """
+def rest_length_slopes(posture: Posture, parameters: Parameters, made: tuple[Members, typing.Annotated[numpy.typing.ArrayLike, numpy.float64], str, str]) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    Rest lengths by parameters, (rods, columns).
     """
 def rod_end(section: Section, *, length: typing.SupportsFloat | typing.SupportsIndex, wrench: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"], line_force: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], order: typing.SupportsInt | typing.SupportsIndex, steps: typing.SupportsInt | typing.SupportsIndex) -> tuple[typing.Annotated[list[float], "FixedSize(3)"], typing.Annotated[list[typing.Annotated[list[float], "FixedSize(3)"]], "FixedSize(3)"], typing.Annotated[list[float], "FixedSize(6)"]]:
     """

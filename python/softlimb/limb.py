@@ -24,6 +24,7 @@ from softlimb.arguments import (
     truth,
     truths,
 )
+from softlimb.derivatives import ring_directions
 from softlimb.path import Path
 from softlimb.posture import Posture, RodPosture, Verification
 from softlimb.tube import SECTION_MODELS, VALVES, SectionModel, Tube, Valve
@@ -268,9 +269,8 @@ class Segment:
 
 
 def _ring(count: int, radius: float) -> Array:
-    angles = 2.0 * np.pi * np.arange(count) / count
     frames = np.tile(np.eye(4), (count, 1, 1))
-    frames[:, 0, 3], frames[:, 1, 3] = radius * np.cos(angles), radius * np.sin(angles)
+    frames[:, :3, 3] = radius * ring_directions(count)
     frames.setflags(write=False)
     return frames
 

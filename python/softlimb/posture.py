@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from softlimb import _core
 from softlimb._core import Section
 from softlimb.arguments import shown
+from softlimb.derivatives import Derivative, Each, Gradient, derivative, gradient, tip_by_pressures
 from softlimb.tube import SectionModel, Valve
 
 if TYPE_CHECKING:
@@ -61,6 +64,24 @@ class Verification:
     def success(self) -> bool:
         """True when no error exceeds ten times the tolerance, which bounds the tip's error and not each residual."""
         return bool(self.largest_error <= 10.0 * self.tolerance)
+
+
+class _CentrelinePart(NamedTuple):
+    """Points of the centreline on the rods of a segment (even numbers) or through the plate after them (odd)."""
+
+    number: int
+    inside: NDArray[np.intp]  # of the centreline's points
+    share: Array  # of the part, from its beginning
+    ends: list[tuple[int, list[float]]]  # segments and fractions whose mean, or between whose means, they are
+
+
+class _CentrelinePlaces(NamedTuple):
+    owner: NDArray[np.intp]  # the point of the centreline that each material point is part of
+    rods: list[int]
+    fractions: list[float]
+    weight: Array
+    tangent: Array  # (n, 3): by the share of the part that each point stands in
+    by_bounds: Array  # (n, 2 segments): that share by where parts end, with the whole's end at the last rods'
 
 
 class RodPosture:
@@ -230,6 +251,9 @@ class Posture:
         if given is not None:
             self.__dict__.update(given)
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_linear"}
+
     # What a posture from plain numbers was given is read out of the core when it is first asked for.
 
     @cached_property
@@ -378,6 +402,20 @@ class Posture:
             ``n`` is below 2.
         """
         count = _points(n)
+        points = np.empty((count, 3))
+        for part in self._centreline_parts(count)[1]:
+            ends = [self._positions(j, fractions) for j, fractions in part.ends]
+            points[part.inside] = ends[0] if len(ends) == 1 else ends[0] + part.share[:, None] * (ends[1] - ends[0])
+        return points
+
+    def _positions(self, segment: int, fractions: list[float]) -> Array:
+        """Mean of a segment's rods at fractions of their lengths, shape (fractions, 3)."""
+        row = self.rods[segment]
+        mean: Array = np.mean([self._solved.rod(rod._flat, fractions)[0][:, :3, 3] for rod in row], axis=0)
+        return mean
+
+    def _centreline_parts(self, count: int) -> tuple[Array, list[_CentrelinePart]]:
+        """Where rods and plates begin and end along the centreline [m], and which of its points are on which."""
         segments = self.limb.segments
         bounds = [0.0]
         for j, row in enumerate(self.rods):
@@ -385,21 +423,60 @@ class Posture:
             if j + 1 < len(segments):
                 bounds.append(bounds[-1] + segments[j].plate.thickness)
         path = np.linspace(0.0, bounds[-1], count)
-        points = np.empty((count, 3))
-        for j, row in enumerate(self.rods):
-            start, end = bounds[2 * j], bounds[2 * j + 1]
-            inside = (path >= start) & (path <= end)
-            fractions = np.clip((path[inside] - start) / (end - start), 0.0, 1.0).tolist()
-            points[inside] = np.mean([self._solved.rod(rod._flat, fractions)[0][:, :3, 3] for rod in row], axis=0)
-            if j + 1 == len(segments):
-                break
-            through = (path > end) & (path < bounds[2 * j + 2])
-            if through.any():
-                first = np.mean([self._solved.rod(rod._flat, [1.0])[0][0, :3, 3] for rod in row], axis=0)
-                last = np.mean([self._solved.rod(rod._flat, [0.0])[0][0, :3, 3] for rod in self.rods[j + 1]], axis=0)
-                share = ((path[through] - end) / (bounds[2 * j + 2] - end))[:, None]
-                points[through] = (1.0 - share) * first + share * last
-        return points
+        parts = []
+        for k, (start, end) in enumerate(pairwise(bounds)):
+            if k % 2 == 0:
+                inside = np.flatnonzero((path >= start) & (path <= end))
+            else:
+                inside = np.flatnonzero((path > start) & (path < end))
+            if not inside.size:
+                continue
+            share = np.clip((path[inside] - start) / (end - start), 0.0, 1.0)
+            j = k // 2
+            ends = [(j, share.tolist())] if k % 2 == 0 else [(j, [1.0]), (j + 1, [0.0])]
+            parts.append(_CentrelinePart(k, inside, share, ends))
+        return np.array(bounds), parts
+
+    def _centreline_places(self, n: int) -> _CentrelinePlaces:
+        """The centreline's points as combinations of points of rods, and how they slide as rods and plates lengthen."""
+        count = _points(n)
+        bounds, parts = self._centreline_parts(count)
+        share_of_whole = np.linspace(0.0, 1.0, count)
+        tangent, by_bounds = np.zeros((count, 3)), np.zeros((count, 2 * len(self.limb.segments)))
+        placed: dict[int, list[tuple[int, float, float]]] = {}
+        for part in parts:
+            along = bounds[part.number + 1] - bounds[part.number]
+            for point, share in zip(part.inside.tolist(), part.share.tolist(), strict=True):
+                # share = (share_of_whole total - start) / (end - start)
+                by_bounds[point] = 0.0
+                by_bounds[point, len(bounds) - 2] = share_of_whole[point] / along
+                by_bounds[point, part.number] -= share / along
+                if part.number > 0:
+                    by_bounds[point, part.number - 1] -= (1.0 - share) / along
+                placed[point] = []
+            for end, (j, fractions) in enumerate(part.ends):
+                row = self.rods[j]
+                for rod in row:
+                    poses, _, _, strains, _ = self._solved.rod(rod._flat, fractions)
+                    if part.number % 2 == 0:
+                        slope = rod.length * np.einsum("nij,nj->ni", poses[:, :3, :3], strains)
+                        tangent[part.inside] += slope / len(row)
+                    for k, point in enumerate(part.inside.tolist()):
+                        one = len(part.ends) == 1
+                        weight = 1.0 if one else (part.share[k] if end else 1.0 - part.share[k])
+                        placed[point].append((rod._flat, fractions[k] if one else fractions[0], weight / len(row)))
+            if part.number % 2 == 1:
+                first, last = (self._positions(j, fractions) for j, fractions in part.ends)
+                tangent[part.inside] = last - first
+        flat = [(point, *place) for point, places in sorted(placed.items()) for place in places]
+        return _CentrelinePlaces(
+            np.array([point for point, *_ in flat]),
+            [rod for _, rod, _, _ in flat],
+            [fraction for _, _, fraction, _ in flat],
+            np.array([weight for *_, weight in flat]),
+            tangent,
+            by_bounds,
+        )
 
     @cached_property
     def _nearest(self) -> tuple[float, int, int, float, float]:
@@ -421,6 +498,106 @@ class Posture:
         return self.clearance is not None and self.clearance <= 0.0
 
     @cached_property
+    def energy(self) -> float:
+        """Potential energy [J]: the rods' strain energy, less the work of dead forces and weights.
+
+        Of the rods against their rest at their pressures; of forces and weights on the way from the base's origin.
+
+        Raises
+        ------
+        RuntimeError
+            The posture is no equilibrium, or its loads have no potential (a moment on a plate that may turn, a
+            following wrench, a moment along a rod).
+        """
+        self._require_success("an energy")
+        return _core.potential_energy(self._solved)
+
+    @cached_property
+    def _linear(self) -> _core.Derivatives:
+        """The balance, linearised once for compliance, stiffness and all derivatives."""
+        return _core.Derivatives(self._solved, self.tolerance)
+
+    def derivative(
+        self,
+        of: str | Sequence[str] = "tip",
+        to: str | Sequence[str] = "pressures",
+        *,
+        each: Each = "segment",
+        n: int = _CURVE_POINTS,
+    ) -> Derivative:
+        """Exact derivatives of the posture to pressures, loads, and everything that the limb is made of.
+
+        Parameters
+        ----------
+        of : str or sequence of str
+            ``tip`` and ``plates``: translation and rotation of the last or of every plate; ``centreline``: its ``n``
+            points, as `centreline` gives them; ``energy``.
+        to : str or sequence of str
+            ``pressures``; ``gravity``, ``tip_force``, ``tip_moment``, ``plate_wrenches``, ``rod_forces``; of segments
+            ``ring_radius``, ``plate_mass``, ``plate_thickness``; of tubes ``length`` (unpressurised), ``radii`` (of the
+            faces between layers, inside first), ``fibre_angle`` (of both families of a pair, apart),
+            ``fibre_fraction`` (of one family; both of a pair change), ``fibre_modulus``, ``fibre_stiffness``, ``law``
+            (all coefficients), ``density``, ``mass`` (where it was given), ``cap_length``; of rods given directly
+            ``length`` and ``section``. Sets of names: `softlimb.derivatives.LOADS` and ``DESIGN``.
+        each : {"segment", "actuator", "limb"}
+            One column for each segment, whose tubes change together; for each tube; or for the whole limb.
+        n : int
+            Points of the centreline.
+
+        Returns
+        -------
+        Derivative
+            ``matrix``, with labels and units of rows and columns. Pressures stay where they are not the parameter, also
+            where the posture was asked for by rest lengths; wrenches change in the axes of ``frame``.
+
+        Raises
+        ------
+        ValueError
+            A name is unknown or given twice, no part of the limb has it, or ``each`` or ``n`` is out of range.
+        RuntimeError
+            The posture is no equilibrium, stands at a fold, or its loads have no potential (``energy``).
+
+        Notes
+        -----
+        Implicit differentiation of the converged posture, MECHANICS, "Derivatives". Errors are about those of the
+        posture: for digits beyond its tolerance solve it to a finer one.
+        """
+        self._require_success("a derivative")
+        return derivative(self, of, to, each, n)
+
+    def gradient(
+        self,
+        to: str | Sequence[str] = "pressures",
+        *,
+        tip: ArrayLike | None = None,
+        plates: ArrayLike | None = None,
+        centreline: ArrayLike | None = None,
+        energy: float | None = None,
+        each: Each = "segment",
+    ) -> Gradient:
+        """Derivatives of one number, a combination of answers, at about the cost of one linearisation.
+
+        Parameters
+        ----------
+        to, each
+            As for `derivative`.
+        tip, plates, centreline, energy : array_like, shapes (6,), (J, 6), (n, 3), and float, optional
+            Derivatives of the number to the answers, in the order and axes of `derivative`; at least one.
+
+        Returns
+        -------
+        Gradient
+            ``values``, with labels and units of the columns.
+
+        Raises
+        ------
+        ValueError, RuntimeError
+            As for `derivative`; no weights, or weights of another shape or not finite.
+        """
+        self._require_success("a gradient")
+        return gradient(self, to, each, tip, plates, centreline, energy)
+
+    @cached_property
     def compliance(self) -> Array:
         """Tip displacement and rotation by tip force and moment, base axes at the tip's origin, shape (6, 6).
 
@@ -430,7 +607,7 @@ class Posture:
             The posture is no equilibrium, or stands at a fold.
         """
         self._require_success("a compliance")
-        return self._solved.compliance()
+        return self._linear.compliance()
 
     @cached_property
     def plate_stiffness(self) -> Array:
@@ -444,7 +621,7 @@ class Posture:
             The posture is no equilibrium, or stands at a fold.
         """
         self._require_success("a stiffness")
-        return self._solved.plate_stiffness()
+        return self._linear.plate_stiffness()
 
     @cached_property
     def _softest(self) -> tuple[float, Array]:
@@ -485,8 +662,7 @@ class Posture:
         self._require_success("a Jacobian")
         if self.pressures is None:
             raise RuntimeError("a Jacobian to pressures needs a posture that was solved from pressures")
-        response: Array = self.limb._core_members.tip_jacobian(self._solved, self.pressures, *self._model)
-        return response
+        return tip_by_pressures(self)
 
     def _require_success(self, what: str) -> None:
         if not self.success:

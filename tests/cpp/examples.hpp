@@ -116,6 +116,22 @@ inline const std::vector<double> complex_pressures = {90 * kPa, 60 * kPa, 30 * k
                                                       20 * kPa, 50 * kPa, 50 * kPa, 50 * kPa};
 inline const Vector3 hanging(0.0, 0.0, 9.81), standing(0.0, 0.0, -9.81);
 
+inline const Reference& reference() {
+    static const Reference limb;
+    return limb;
+}
+
+inline limb::Scene complex_posture(const Vector3& gravity = hanging) {
+    limb::Scene scene = reference().scene(complex_pressures);
+    scene.gravity = gravity;
+    return scene;
+}
+
+inline limb::Posture posture_of(const std::shared_ptr<limb::Geometry>& geometry, const limb::Scene& scene,
+                                const limb::SolveOptions& options = {}, const limb::Shape* start = nullptr) {
+    return {geometry, scene, limb::solve(*geometry, scene, options, start)};
+}
+
 inline Section soft_section() { return Section::make(400.0, 130.0, 0.08, 0.06, 0.4, 0.0, 0.0); }
 /// With rest twist, coupling of extension and twist, and a curved axial law.
 inline Section odd_section() {

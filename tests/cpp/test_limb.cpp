@@ -15,22 +15,6 @@ using solve::SolveStatus;
 
 namespace {
 
-const Reference& reference() {
-    static const Reference limb;
-    return limb;
-}
-
-Scene complex_posture(const Vector3& gravity = hanging) {
-    Scene scene = reference().scene(complex_pressures);
-    scene.gravity = gravity;
-    return scene;
-}
-
-Posture posture_of(const std::shared_ptr<Geometry>& geometry, const Scene& scene, const SolveOptions& options = {},
-                   const Shape* start = nullptr) {
-    return {geometry, scene, limb::solve(*geometry, scene, options, start)};
-}
-
 /// Equilibrium, by the solver's own word and by the independent check.
 void check_solved(const Posture& posture, double tolerance = 1e-6) {
     const Solution& solution = posture.solution;
@@ -260,48 +244,6 @@ CLAIM(work_is_counted_and_the_caller_is_asked_after_some_thousand_evaluations) {
     CHECK(work.spend(1) && asked == 1);
     CHECK_RAISES(solve::Interrupted, work.spend(3001));
     CHECK(!work.exhausted() && !work.spend(4000) && work.exhausted());
-}
-
-CLAIM(compliance_stiffness_and_responses_are_slopes_of_the_answer) {
-    const Scene scene = complex_posture();
-    const SolveOptions exact{.tolerance = 1e-11};
-    const Posture posture = posture_of(reference().geometry, scene, exact);
-    const Shape& shape = posture.solution.shape;
-    const Matrix6 compliance = tip_compliance(*reference().geometry, scene, shape);
-    CHECK_NEAR(compliance, compliance.transpose(), 1e-7 * compliance.cwiseAbs().maxCoeff());
-    constexpr double force = 1e-3;
-    for (int k = 0; k < 6; k += 2) {  // 0 and 2: forces; 4: a moment
-        Scene up = scene, down = scene;
-        up.wrenches.back()(k) += force, down.wrenches.back()(k) -= force;
-        const Posture a = posture_of(reference().geometry, up, exact, &shape);
-        const Posture b = posture_of(reference().geometry, down, exact, &shape);
-        const Vector6 slope =
-            rod::pose_gap(a.solution.shape.plates.back(), b.solution.shape.plates.back()) / (2.0 * force);
-        // Answers to 1e-11 over 1e-3 N, and the third derivative of the tip by its load.
-        CHECK_NEAR(compliance.col(k), slope, 1e-4 * compliance.col(k).norm());
-    }
-    const Eigen::MatrixXd stiffness = plate_stiffness(*reference().geometry, scene, shape);
-    CHECK(stiffness.rows() == 18 && stiffness.cols() == 18);
-    CHECK_NEAR(stiffness, stiffness.transpose(), 1e-7 * stiffness.cwiseAbs().maxCoeff());
-
-    std::vector<RodSlope> slopes(9);
-    for (int i = 0; i < 9; ++i) {
-        const actuator::SectionAtPressure at = reference().tubes[i / 3].section(
-            complex_pressures[i], actuator::SectionModel::tangent, actuator::Valve::open, true);
-        slopes[i] = {at.d_section, at.d_rest_length};
-    }
-    const std::vector<Vector6> responses = tip_response(*reference().geometry, scene, shape, slopes);
-    constexpr double h = 10.0;  // [Pa]
-    for (const int i : {0, 4, 8}) {
-        const auto at = [&](double change) {
-            std::vector<double> pressures = complex_pressures;
-            pressures[i] += change;
-            Scene other = reference().scene(pressures);
-            other.gravity = hanging;
-            return posture_of(reference().geometry, other, exact, &shape).solution.shape.plates.back();
-        };
-        CHECK_NEAR(responses[i], rod::pose_gap(at(h), at(-h)) / (2.0 * h), 1e-5 * responses[i].norm());
-    }
 }
 
 CLAIM(curves_clearance_and_stretch_of_a_posture_are_finite_and_meet_its_plates) {

@@ -1,5 +1,6 @@
 #include "softlimb/actuator/layer.hpp"
 
+#include <cmath>
 #include <numbers>
 #include <utility>
 
@@ -44,8 +45,7 @@ Layer Layer::make(double inner, double outer, const materials::AnyLaw& law, std:
     const double silicone = layer.silicone_fraction();
     // Without silicone nothing resists shear between the fibres.
     if (!(silicone > 0.0)) reject("sum of the fibre fractions of a layer", 1.0 - silicone, "below 1");
-    const double modulus = std::visit([](const auto& l) { return l.shear_modulus(); }, law);
-    require_positive("initial shear modulus of the law", modulus);
+    require_positive("initial shear modulus of the law", layer.shear_modulus());
     return layer;
 }
 
@@ -53,6 +53,20 @@ double Layer::silicone_fraction() const {
     double fraction = 1.0;
     for (const Fibres& family : fibres) fraction -= family.fraction;
     return fraction;
+}
+
+double Layer::shear_modulus() const {
+    return std::visit([](const auto& l) { return l.shear_modulus(); }, law);
+}
+
+double Layer::area() const { return std::numbers::pi * (outer * outer - inner * inner); }
+
+double Layer::second_moment() const {
+    return 0.25 * std::numbers::pi * (std::pow(outer, 4) - std::pow(inner, 4));
+}
+
+double Layer::density() const {
+    return std::visit([](const auto& l) { return l.density; }, law);
 }
 
 }  // namespace softlimb::actuator

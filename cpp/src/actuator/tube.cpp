@@ -17,19 +17,9 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-double shear_modulus(const Layer& layer) {
-    return std::visit([](const auto& law) { return law.shear_modulus(); }, layer.law);
-}
-
-double density(const Layer& layer) {
-    return std::visit([](const auto& law) { return law.density; }, layer.law);
-}
-
 double max_strain(const materials::AnyLaw& law) {
     return std::visit([](const auto& l) { return l.max_strain; }, law);
 }
-
-double area(const Layer& layer) { return pi * (layer.outer * layer.outer - layer.inner * layer.inner); }
 
 // Radii that adjoin may differ by rounding when each was computed by itself.
 std::vector<Layer> adjoining(std::vector<Layer> layers) {
@@ -57,7 +47,7 @@ double checked_length(double length) {
 double small_pressure(const std::vector<Layer>& layers) {
     double sum = 0.0;
     for (const Layer& layer : layers)
-        sum += layer.silicone_fraction() * shear_modulus(layer) * std::log(layer.outer / layer.inner);
+        sum += layer.silicone_fraction() * layer.shear_modulus() * std::log(layer.outer / layer.inner);
     return 0.02 * sum;
 }
 
@@ -80,11 +70,11 @@ Tube::Tube(double length, std::vector<Layer> layers, const TubeOptions& options)
     area_scale_ = pi * inner_radius() * inner_radius();
     double silicone_mass = 0.0, smallest_range = 0.0;
     for (const Layer& layer : layers_) {
-        const double modulus = layer.silicone_fraction() * shear_modulus(layer);
-        linear_axial_ += 3.0 * modulus * area(layer);
-        linear_shear_ += modulus * area(layer);
-        linear_bending_ += 3.0 * modulus * 0.25 * pi * (std::pow(layer.outer, 4) - std::pow(layer.inner, 4));
-        silicone_mass += density(layer) * area(layer) * length;
+        const double modulus = layer.silicone_fraction() * layer.shear_modulus();
+        linear_axial_ += 3.0 * modulus * layer.area();
+        linear_shear_ += modulus * layer.area();
+        linear_bending_ += 3.0 * modulus * layer.second_moment();
+        silicone_mass += layer.density() * layer.area() * length;
         const double range = max_strain(layer.law);
         if (range > 0.0) smallest_range = smallest_range > 0.0 ? std::min(smallest_range, range) : range;
     }

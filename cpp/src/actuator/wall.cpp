@@ -7,6 +7,7 @@ namespace softlimb::actuator {
 
 template WallEnergy<double> Wall::energy(const Shape<double>& q) const;
 template WallEnergy<Dual<1>> Wall::energy(const Shape<Dual<1>>& q) const;
+template WallEnergy<Dual<2>> Wall::energy(const Shape<Dual<2>>& q) const;
 
 int Wall::points_for(double x_in, double x_out) {
     // In x = ln s the energy is analytic except where s + w - 1 = 0, a distance of at least pi off the real axis. The

@@ -291,38 +291,4 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     return solution;
 }
 
-Matrix6 tip_compliance(const Geometry& geometry, const Scene& scene, const Shape& shape) {
-    Equilibrium equilibrium(geometry, scene);
-    if (!equilibrium.linearise_at(shape)) throw std::runtime_error("the stiffness is singular here: no compliance");
-    std::vector<Vector6> wrenches(geometry.plates(), Vector6::Zero()), moves(geometry.plates());
-    Matrix6 compliance;
-    for (int k = 0; k < 6; ++k) {
-        wrenches.back() = Vector6::Unit(k);
-        equilibrium.respond(wrenches, moves);
-        compliance.col(k) = moves.back();
-    }
-    return compliance;
-}
-
-Eigen::MatrixXd plate_stiffness(const Geometry& geometry, const Scene& scene, const Shape& shape) {
-    Equilibrium equilibrium(geometry, scene);
-    if (!equilibrium.linearise_at(shape)) throw std::runtime_error("the stiffness is singular here: a fold");
-    Eigen::MatrixXd dense = equilibrium.dense_stiffness();
-    for (int j = 0; j < geometry.plates(); ++j) {
-        const Matrix6& free = equilibrium.balance().projector(j);
-        dense.middleRows<6>(6 * j) = free * dense.middleRows<6>(6 * j).eval();
-        dense.middleCols<6>(6 * j) = dense.middleCols<6>(6 * j).eval() * free;
-    }
-    return dense;
-}
-
-std::vector<Vector6> tip_response(const Geometry& geometry, const Scene& scene, const Shape& shape,
-                                  const std::vector<RodSlope>& slopes) {
-    Equilibrium equilibrium(geometry, scene);
-    if (!equilibrium.linearise_at(shape)) throw std::runtime_error("the stiffness is singular here: no derivatives");
-    std::vector<Vector6> responses;
-    equilibrium.respond_to_rods(shape, slopes, responses);
-    return responses;
-}
-
 }  // namespace softlimb::limb

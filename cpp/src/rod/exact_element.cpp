@@ -96,6 +96,24 @@ EndSlope end_slope(const RodPiece& piece, const Section& section_slope, double l
     return out;
 }
 
+Eigen::Matrix<double, 6, 12> end_columns(const RodPiece& piece, const Pose& base, const Vector6& base_wrench,
+                                         Integration integration) {
+    RodState<double> y = state_at<double>(base, base_wrench);
+    Vec3<double> n = vec3(Vector3(base_wrench.head<3>()));
+    const Compliances<double> k(*piece.section);
+    Columns<double, 9> z;
+    for (int i = 0; i < 3; ++i) {
+        const Vec3<double> unit = vec3(Vector3::Unit(i));
+        z.column[i].rotation = unit, z.force[3 + i] = unit, z.column[6 + i].moment = unit;
+    }
+    with_method(integration.order, [&]<class Method>() {
+        advance<Method, 9>(k, piece.load, piece.length, integration.steps, n, y, z);
+    });
+    Eigen::Matrix<double, 6, 12> columns = Eigen::Matrix<double, 6, 12>::Identity();
+    for (int i = 0; i < 9; ++i) columns.col(3 + i) << eigen(z.column[i].position), eigen(z.column[i].rotation);
+    return columns;
+}
+
 bool ExactElement::linearise(const RodPiece& piece, const Pose& first, const Pose& second, const Vector6& base_wrench,
                              Integration integration, ElementStiffness& out) {
     RodState<double> y = state_at<double>(first, base_wrench);

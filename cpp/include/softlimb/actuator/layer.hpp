@@ -30,6 +30,11 @@ struct Layer {
     static Layer make(double inner, double outer, const materials::AnyLaw& law, std::vector<Fibres> fibres);
     /// Part of the layer's volume that is silicone: 1 - sum of fibre fractions.
     double silicone_fraction() const;
+    /// Initial shear modulus of the silicone [Pa], area [m^2] and second moment of area [m^4] of the undeformed layer.
+    double shear_modulus() const;
+    double area() const;
+    double second_moment() const;
+    double density() const;  // of the silicone [kg/m^3]
     bool operator==(const Layer&) const = default;
 };
 

@@ -2,12 +2,15 @@
 // A fibre-reinforced tube under pressure: pressure to stretch and back, and the section that it hands to a rod.
 // A tube is constant after construction and may be shared between threads. Nothing here depends on what was solved
 // before, and no solve allocates memory. Source: cpp/MECHANICS.md, "Actuator" and "Section".
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "softlimb/actuator/equilibrium.hpp"
 #include "softlimb/actuator/layer.hpp"
+#include "softlimb/actuator/section_values.hpp"
+#include "softlimb/actuator/tube_parameter.hpp"
 #include "softlimb/actuator/unloaded.hpp"
 #include "softlimb/actuator/wall.hpp"
 #include "softlimb/section.hpp"
@@ -58,21 +61,13 @@ struct TubeState {
     Shape<double> shape;  // scaled unknowns behind the above
 };
 
-/// What a rod needs, and its derivative to the pressure. `d_section` holds derivatives field by field; of the axial
-/// law it holds those of the coefficients, at fixed centre and half range (which it repeats).
+/// What a rod needs, and its derivative to the pressure, as a SectionSlope has it.
 struct SectionAtPressure {
     double rest_length = 0.0;
     Section section;
     double d_rest_length = 0.0;
     Section d_section;
     solve::SolveStatus status = solve::SolveStatus::max_iterations;
-};
-
-/// Constants of a tube that the formulas of its section need.
-struct SectionConstants {
-    double length, active, inner_radius, area_scale, mass;
-    double linear_axial, linear_bending, linear_shear;
-    bool twist_free, locked;
 };
 
 /// Cauchy stress at a point of the wall [Pa].
@@ -124,6 +119,10 @@ public:
 
     SectionAtPressure section(double pressure, SectionModel model = SectionModel::tangent, Valve valve = Valve::open,
                               bool derivative = false) const;
+    /// Derivatives of the section and the rest length at a pressure to some of the tube's parameters, into `slopes`,
+    /// which has as many. The pressure stays, unless it is the parameter. Source: cpp/MECHANICS.md, "Derivatives".
+    void section_slopes(double pressure, SectionModel model, Valve valve, const std::vector<TubeParameter>& parameters,
+                        std::vector<SectionSlope>& slopes) const;
     /// The same without derivatives, in place.
     solve::SolveStatus section(double pressure, SectionModel model, Valve valve, Section& section,
                                double& rest_length) const;
@@ -155,13 +154,25 @@ private:
     UnloadedState<double> unloaded(double pressure, solve::SolveStatus& status) const;
     UnloadedState<double> rest_state() const;
     double measure_locking() const;
-    SectionConstants constants(Valve valve) const;
+    SectionConstants<double> constants(Valve valve) const;
+    /// How these, and the wall's energy at a given shape, change with a parameter.
+    SectionConstants<double> constants_slope(const TubeParameter& parameter) const;
+    WallEnergy<double> energy_slope(const TubeParameter& parameter, const Shape<double>& q) const;
     solve::SolveStatus linear_section(double pressure, SectionModel model, Valve valve, Section& section,
                                       double& rest_length) const;
     /// Pressure below which a tension-only tube behaves as in the limit from above [Pa].
     double smallest_pressure() const { return 1e-5 * pressure_scale_; }
-    void nonlinear_law(const Equilibrium& at, double pressure, Valve valve, bool derivative,
-                       SectionAtPressure& out) const;
+    /// The tube under axial forces: what its nonlinear axial law interpolates. None where no range was short enough.
+    struct AxialNodes {
+        using Values = std::array<double, AxialLaw::max_degree + 1>;
+        int count = 0, rest = 0;  // number of the unloaded one
+        Values force{}, value{};  // and strain of the rod over the force
+        std::array<Shape<double>, AxialLaw::max_degree + 1> shape{}, along{};  // and its derivative to the scaled force
+    };
+    /// Coefficients of powers from values at the nodes.
+    static AxialNodes::Values coefficients_of(const AxialNodes::Values& value);
+    AxialNodes nonlinear_law(const Equilibrium& rest, double pressure, Valve valve, double rest_length,
+                             Section& section) const;
 
     double length_;
     std::vector<Layer> layers_;

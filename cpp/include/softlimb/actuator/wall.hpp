@@ -17,9 +17,9 @@
 #include <variant>
 #include <vector>
 
-#include "softlimb/actuator/gauss.hpp"
 #include "softlimb/actuator/layer.hpp"
 #include "softlimb/dual.hpp"
+#include "softlimb/gauss.hpp"
 
 namespace softlimb::actuator {
 
@@ -34,14 +34,25 @@ template <class S>
 struct WallEnergy {
     S value{0.0}, g_l{0.0}, g_w{0.0}, g_t{0.0};
     S h_ll{0.0}, h_lw{0.0}, h_lt{0.0}, h_ww{0.0}, h_wt{0.0}, h_tt{0.0};
+
+    /// Adds `factor` times another, number by number.
+    void add(const S& factor, const WallEnergy& other) {
+        value += factor * other.value;
+        g_l += factor * other.g_l, g_w += factor * other.g_w, g_t += factor * other.g_t;
+        h_ll += factor * other.h_ll, h_lw += factor * other.h_lw, h_lt += factor * other.h_lt;
+        h_ww += factor * other.h_ww, h_wt += factor * other.h_wt, h_tt += factor * other.h_tt;
+    }
 };
 
 /// A fibre family in scaled form. A `mirrored` family stands for two, at +angle and -angle: without twist both have
 /// the same stretch, so one evaluation serves both.
-struct WallFamily {
-    double cosine, sine, stiffness;
+template <class A>
+struct WallFamilyOf {
+    A cosine, sine;
+    double stiffness;
     bool mirrored;
 };
+using WallFamily = WallFamilyOf<double>;
 
 /// Quadrature point: s, 1/s, 1/sqrt(s), and the weight ds.
 struct WallPoint {
@@ -78,14 +89,23 @@ public:
         };
         return std::max(at(1.0), at(s_out_));
     }
+
+    /// Parts of the energy, for its derivatives to what the wall is made of (wall_slopes.cpp). A layer filled with a
+    /// silicone alone; one family alone, of unit stiffness at `angle`, and its derivative to the angle; all that a layer
+    /// holds at one of its faces, per change of s there.
+    WallEnergy<double> silicone(int layer, const materials::AnyLaw& law, const Shape<double>& q) const;
+    WallEnergy<double> fibres(int layer, double angle, const Shape<double>& q) const;
+    WallEnergy<double> fibres_by_angle(int layer, double angle, const Shape<double>& q) const;
+    WallEnergy<double> at_face(int layer, bool outer, const Shape<double>& q) const;
+
     /// True where the strain asks for the finer set of points.
     bool strained(const Shape<double>& q) const { return !(largest_invariant(q) < fine_from_); }
     /// Gauss points for a layer between ln s = x_in and x_out.
     static int points_for(double x_in, double x_out);
 
     /// I4 of a family at ln s = x, and its derivative in x.
-    template <class S>
-    static void squared_stretch(const WallFamily& family, const Shape<S>& q, const S& x, S& squared, S& slope);
+    template <class S, class A>
+    static void squared_stretch(const WallFamilyOf<A>& family, const Shape<S>& q, const S& x, S& squared, S& slope);
 
     /// Parts of a layer where a family is taut, as pairs of ln s; at most `max_parts`.
     static constexpr int max_parts = 4;
@@ -100,8 +120,11 @@ public:
 private:
     template <bool twisted, class S>
     WallEnergy<S> sum(const Shape<S>& q) const;
-    template <bool twisted, class S>
-    void add_partly_slack(const WallLayer& layer, const WallFamily& family, const Shape<S>& q, WallEnergy<S>& e) const;
+    template <bool twisted, class S, class A>
+    void add_partly_slack(const WallLayer& layer, const WallFamilyOf<A>& family, const Shape<S>& q,
+                          WallEnergy<S>& e) const;
+    template <class S, class A>
+    WallEnergy<S> fibres(int layer, const A& cosine, const A& sine, const Shape<S>& q) const;
 
     std::vector<WallLayer> layers_;
     bool tension_only_;
@@ -177,14 +200,14 @@ inline void add_silicone(const Law& law, const WallLayer& layer, const std::vect
 }
 
 /// One fibre family at one point; `force` is weight times k.
-template <bool twisted, class S, class P>
-inline void add_fibre(const ShapeTerms<S>& q, const P& s, const P& inverse_r, double cosine, double sine,
+template <bool twisted, class S, class P, class A>
+inline void add_fibre(const ShapeTerms<S>& q, const P& s, const P& inverse_r, const A& cosine, const A& sine,
                       const P& force, WallEnergy<S>& e) {
     using std::sqrt;
     const S rho = (q.d + s) * q.inverse_l;
     S c(cosine * inverse_r);
     if constexpr (twisted) c += q.twist * sine;
-    const double sine_squared = sine * sine;
+    const A sine_squared = sine * sine;
     const S i_w = c * c * q.inverse_l;
     const S rho_i_w = rho * i_w;  // rho c^2 / l
     const S squared = rho_i_w * q.l + q.l_squared * sine_squared;
@@ -223,8 +246,8 @@ inline void add_family(const ShapeTerms<S>& q, const P& s, const P& inverse_r, c
 
 }  // namespace detail
 
-template <class S>
-void Wall::squared_stretch(const WallFamily& family, const Shape<S>& q, const S& x, S& squared, S& slope) {
+template <class S, class A>
+void Wall::squared_stretch(const WallFamilyOf<A>& family, const Shape<S>& q, const S& x, S& squared, S& slope) {
     using std::exp;
     const S s = exp(x), inverse_r = exp(-0.5 * x);
     const S rho = (s + q.volume - 1.0) / q.stretch;
@@ -236,12 +259,13 @@ void Wall::squared_stretch(const WallFamily& family, const Shape<S>& q, const S&
 // Where a fibre goes slack inside a layer, its energy (a squared stretch) and the gradient vanish at the slack
 // boundary, so that gradient and Hessian are the integrals over the taut part alone. The boundary moves with the
 // shape; carried in S it gives the Hessian's derivative exactly too.
-template <bool twisted, class S>
-void Wall::add_partly_slack(const WallLayer& layer, const WallFamily& family, const Shape<S>& q,
+template <bool twisted, class S, class A>
+void Wall::add_partly_slack(const WallLayer& layer, const WallFamilyOf<A>& family, const Shape<S>& q,
                             WallEnergy<S>& e) const {
     using std::exp;
     const Shape<double> at = detail::plain(q);
-    const TautParts parts = taut_parts(layer, family, at);
+    const WallFamily plain{value_of(family.cosine), value_of(family.sine), family.stiffness, family.mirrored};
+    const TautParts parts = taut_parts(layer, plain, at);
     const detail::ShapeTerms<S> terms(q);
     if (parts.whole) {
         for (const WallPoint& p : strained(at) ? layer.fine_points : layer.points)
@@ -313,5 +337,6 @@ WallEnergy<S> Wall::energy(const Shape<S>& q) const {
 // Compiled once, in wall.cpp: every law and both kinds of twist for each scalar.
 extern template WallEnergy<double> Wall::energy(const Shape<double>& q) const;
 extern template WallEnergy<Dual<1>> Wall::energy(const Shape<Dual<1>>& q) const;
+extern template WallEnergy<Dual<2>> Wall::energy(const Shape<Dual<2>>& q) const;
 
 }  // namespace softlimb::actuator

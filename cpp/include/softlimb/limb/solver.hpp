@@ -43,15 +43,4 @@ Solution solution_at(const Geometry& geometry, const Scene& scene, const Shape& 
 /// Equilibrium of the scene. Never raises for a scene that has none: the status says so.
 Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions& options, const Shape* start);
 
-/// Tip (dp, dtheta) by tip wrench, base axes, at an equilibrium. Raises std::runtime_error at a fold.
-Matrix6 tip_compliance(const Geometry& geometry, const Scene& scene, const Shape& shape);
-
-/// Condensed stiffness of the plates at an equilibrium, (dp, dtheta) of every plate in base axes about its origin; rows
-/// and columns of held freedoms are zero. Raises std::runtime_error at a fold.
-Eigen::MatrixXd plate_stiffness(const Geometry& geometry, const Scene& scene, const Shape& shape);
-
-/// Response of the tip (dp, dtheta) to the parameter of each rod in turn. Raises std::runtime_error at a fold.
-std::vector<Vector6> tip_response(const Geometry& geometry, const Scene& scene, const Shape& shape,
-                                  const std::vector<RodSlope>& slopes);
-
 }  // namespace softlimb::limb

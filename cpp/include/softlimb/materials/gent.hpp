@@ -18,7 +18,7 @@ struct Gent {
         return std::tuple{
             Parameter<Gent, double>{"mu", &Gent::mu, Bound::positive, "Initial shear modulus [Pa], positive."},
             Parameter<Gent, double>{"jm", &Gent::jm, Bound::positive,
-                                    "Value of I1 - 3 that no state can reach, positive."}};
+                                    "Value of I1 - 3 that no state can reach, positive.", false, false}};
     }
 
     double mu = 0.0;          // [Pa]

@@ -30,14 +30,14 @@ struct EnergyDerivatives {
 enum class Bound { finite, positive, not_zero };
 
 /// One coefficient of law `L`: its name, where it is stored (`Value` is double or Terms), its bound, its meaning with
-/// unit, and whether a constructor may leave it out (it is then zero).
+/// unit, whether a constructor may leave it out (it is then zero), and whether the energy is linear in it.
 template <class L, class Value>
 struct Parameter {
     std::string_view name;
     Value L::* member;
     Bound bound;
     std::string_view meaning;
-    bool optional = false;
+    bool optional = false, linear = true;
 };
 
 /// A law has names, a list of parameters, a density, a fit range, a shear modulus [Pa] with its formula as text, and

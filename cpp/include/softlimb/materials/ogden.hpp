@@ -15,7 +15,7 @@ struct Ogden {
     static constexpr auto parameters() {
         return std::tuple{Parameter<Ogden, Terms>{"mu", &Ogden::mu, Bound::finite, "Coefficients, one to four [Pa]."},
                           Parameter<Ogden, Terms>{"alpha", &Ogden::alpha, Bound::not_zero,
-                                                  "Exponents, as many, not zero, within [-50, 50]."}};
+                                                  "Exponents, as many, not zero, within [-50, 50].", false, false}};
     }
 
     Terms mu;  // [Pa]

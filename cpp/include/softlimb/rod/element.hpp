@@ -59,6 +59,10 @@ EndSlope end_slope(const RodPiece& piece, const Section& section_slope, double l
                    const Vector3& line_force_slope, const Pose& base, const Vector6& base_wrench,
                    Integration integration);
 
+/// Derivative of the end pose (dp, dtheta) to base pose (dp, dtheta) and base wrench.
+Eigen::Matrix<double, 6, 12> end_columns(const RodPiece& piece, const Pose& base, const Vector6& base_wrench,
+                                         Integration integration);
+
 /// The exact element: Newton on "the piece, shot from the first node with base wrench w, ends on the second node".
 /// One call linearises at the present w; `update` moves w once the nodes have moved.
 class ExactElement {

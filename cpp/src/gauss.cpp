@@ -1,9 +1,9 @@
-#include "softlimb/actuator/gauss.hpp"
+#include "softlimb/gauss.hpp"
 
 #include <cmath>
 #include <numbers>
 
-namespace softlimb::actuator {
+namespace softlimb {
 
 GaussRule gauss_rule(int points) {
     GaussRule rule;
@@ -28,4 +28,4 @@ GaussRule gauss_rule(int points) {
     return rule;
 }
 
-}  // namespace softlimb::actuator
+}  // namespace softlimb

@@ -2,7 +2,7 @@
 // Gauss-Legendre quadrature on [-1, 1].
 #include <array>
 
-namespace softlimb::actuator {
+namespace softlimb {
 
 struct GaussRule {
     static constexpr int max_points = 32;
@@ -13,4 +13,4 @@ struct GaussRule {
 /// The rule with `points` points (1 to max_points), exact to rounding for polynomials of degree 2 points - 1.
 GaussRule gauss_rule(int points);
 
-}  // namespace softlimb::actuator
+}  // namespace softlimb
