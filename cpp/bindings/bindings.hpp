@@ -21,6 +21,7 @@ void bind_rod(pybind11::module_& m);
 void bind_limb(pybind11::module_& m);
 void bind_members(pybind11::module_& m);
 void bind_path(pybind11::module_& m);
+void bind_reach(pybind11::module_& m);
 void bind_bench(pybind11::module_& m);
 void bind_sweep(pybind11::module_& m);
 

@@ -112,6 +112,11 @@ public:
     void respond(const std::vector<Vector6>& plate_wrenches, std::vector<Vector6>& moves) const;
     /// Moves of the tip when the section and rest length of each rod in turn change at the given rates.
     void respond_to_rods(const Shape& shape, const std::vector<RodSlope>& slopes, std::vector<Vector6>& tip_moves);
+    /// One Newton step at a shape near balance. Size of the step, of which about the square is left; infinite where
+    /// there is none or it had to be cut.
+    double step_to_balance(Shape& shape);
+    /// Moves of everything when those parameters change by the given amounts, a rod each; after `respond_to_rods`.
+    const Moves& moves_with_rods(const Shape& shape, const std::vector<double>& amounts);
     /// Condensed stiffness of the plates at the last solution, dense, on the free freedoms (held ones: identity rows).
     Eigen::MatrixXd dense_stiffness() const;
     /// Wrench that the ground exerts on the limb about the base origin, and the reaction of the hold on each plate.
