@@ -76,7 +76,7 @@ std::shared_ptr<Reached> reach(const std::shared_ptr<limb::Geometry>& geometry,
     std::optional<limb::ReachStart> from;
     if (start && start_pressures) {
         from.emplace(limb::ReachStart{&(*start)->solution.shape, one_each(*start_pressures, *members, "start"),
-                                      learned ? &(*learned)->found.curvature : nullptr});
+                                      learned ? &(*learned)->found.memory : nullptr});
     }
     return search(geometry, *members, scene, goal, settings, section_model(section), valve_of(valve),
                   from ? &*from : nullptr);
@@ -126,7 +126,7 @@ std::optional<std::shared_ptr<Reached>> plain_reach(const std::shared_ptr<limb::
         from.emplace(
             limb::ReachStart{&posture->solution.shape,
                              Eigen::Map<const Eigen::VectorXd>(posture->pressures.data(), members->actuators()),
-                             before ? &before->found.curvature : nullptr});
+                             before ? &before->found.memory : nullptr});
     }
     return search(geometry, *members, scene, target, settings, model, opening, from ? &*from : nullptr);
 }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -217,19 +216,19 @@ def reach(
     *,
     position: ArrayLike | None = None,
     pose: ArrayLike | None = None,
-    max_pressure: ArrayLike | Sequence[ArrayLike],
-    min_pressure: ArrayLike | Sequence[ArrayLike] = 0.0,
+    max_pressure: Any,
+    min_pressure: Any = 0.0,
     weights: ArrayLike | None = None,
-    prefer: ArrayLike | Sequence[ArrayLike] | Posture | Reach | None = None,
+    prefer: Any = None,
     tolerance: float = 1e-6,
     start: Posture | Reach | None = None,
     **scene: Any,
 ) -> Reach:
     """See `Limb.reach`."""
-    if weights is None and prefer is None and scene.keys() <= _PLAIN and type(min_pressure) is float:
-        found = None if min_pressure else _plain(limb, position, pose, max_pressure, tolerance, start, **scene)
-        if found is not None:
-            return found
+    if weights is None and prefer is None and type(min_pressure) is float and min_pressure == 0.0:
+        plain = scene.keys() <= _PLAIN and _plain(limb, position, pose, max_pressure, tolerance, start, **scene)
+        if plain:
+            return plain
     if not limb._tubes:
         raise ValueError("the limb has no actuators: no pressure moves its tip")
     target, counted = _target(position, pose, weights)
@@ -238,12 +237,11 @@ def reach(
     tolerance = _tolerance(tolerance)
     if tolerance < _TIGHTEST:
         raise ValueError(f"tolerance of a reach must be at least {_TIGHTEST:g}, got {tolerance!r}")
-    learned, first = None, start
-    if isinstance(start, Reach):
-        learned, first = start._found, start.posture
+    if start is not None and not isinstance(start, Posture | Reach):
+        raise TypeError(f"start must be a Posture or a Reach, got {type(start).__name__}")
+    learned = start._found if isinstance(start, Reach) else None
+    first = start.posture if isinstance(start, Reach) else start
     if first is not None:
-        if not isinstance(first, Posture):
-            raise TypeError(f"start must be a Posture or a Reach, got {type(start).__name__}")
         limb._start(first)
         if first.pressures is None:
             raise ValueError("start must be a posture that was solved from pressures")

@@ -1,6 +1,7 @@
 #include "softlimb/limb/driven.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "softlimb/limb/attempt.hpp"
 #include "softlimb/limb/start.hpp"
@@ -9,10 +10,12 @@ namespace softlimb::limb {
 
 using solve::SolveStatus;
 
-DrivenLimb::DrivenLimb(const Geometry& geometry, Scene scene, const Actuation& actuation, solve::Work& work)
+DrivenLimb::DrivenLimb(const Geometry& geometry, Scene scene, const Actuation& actuation, double tolerance,
+                       solve::Work& work)
     : geometry_(geometry),
       scene_(std::move(scene)),
       actuation_(actuation),
+      tolerance_(tolerance),
       work_(work),
       equilibrium_(geometry_, scene_),
       amounts_(scene_.rods.size(), 0.0) {}
@@ -31,30 +34,32 @@ bool DrivenLimb::linearise(DrivenPoint& point) {
     return true;
 }
 
-bool DrivenLimb::step_once(Shape& shape, double tolerance, double& doubt) {
-    choose_mesh(scene_, tolerance, shape, warm_piece);
+bool DrivenLimb::step_once(Shape& shape, double allowed, double& doubt) {
+    choose_mesh(scene_, tolerance_, shape, warm_piece);
     work_.spend(static_cast<long>(shape.rods.size()));
-    const double size = equilibrium_.step_to_balance(shape);
+    doubt = equilibrium_.step_to_balance(shape);
     ++iterations_;
-    doubt = size * size;
-    if (!(doubt < tolerance) || !(largest_activity(scene_, shape) < largest_countable_piece)) return false;
+    if (!(doubt < allowed) || !(largest_activity(scene_, shape) < largest_countable_piece)) return false;
     NewtonReport report;
-    equilibrium_.judge(shape, report, size);
+    equilibrium_.judge(shape, report, std::sqrt(doubt));
     return !scene_.conservative() || report.modes() == 0;
 }
 
-bool DrivenLimb::settle(DrivenPoint& point, double tolerance) {
+bool DrivenLimb::settle(DrivenPoint& point, double doubt) {
     if (!actuation_.rods_at(point.pressures.data(), scene_.rods)) return false;
     linearised_ = -1;
     Shape shape = point.shape;
-    if (!step_once(shape, tolerance, point.doubt)) {
+    const bool once = step_once(shape, doubt, point.doubt);
+    point.stale = std::sqrt(point.doubt);
+    if (!once) {
         SolveOptions options;
-        options.tolerance = tolerance;
+        options.tolerance = tolerance_;
         options.max_iterations = 12;  // a step that takes more is too long
         Attempt attempt = refine(scene_, options, work_, equilibrium_, shape, iterations_, warm_piece);
         if (!attempt.converged() || (scene_.conservative() && !attempt.stable())) return false;
         shape = std::move(attempt.shape);
         point.doubt = attempt.report.error_estimate;
+        point.stale = std::sqrt(tolerance_);  // Newton's last step is no longer
     }
     // Further than a radian or a limb's length from where it was meant to be, it is another posture.
     if (!(distance(geometry_, shape, point.shape) < 1.0)) return false;
@@ -62,6 +67,11 @@ bool DrivenLimb::settle(DrivenPoint& point, double tolerance) {
     point.number = ++last_;
     respond(point);
     return point.tip_by_pressure.allFinite();
+}
+
+bool DrivenLimb::refresh(DrivenPoint& point) {
+    point.stale = 0.0;
+    return linearise(point);
 }
 
 bool DrivenLimb::settle_from_nothing(DrivenPoint& point, const SolveOptions& options) {

@@ -71,7 +71,7 @@ public:
           // A start looks at some thirty postures, each a few evaluations a rod; a solve's own budget for each is
           // ample.
           work_(40'000L * (1 + static_cast<long>(scene.rods.size())) * (2 + settings.starts), settings.interrupted),
-          limb_(geometry, scene, actuation, work_),
+          limb_(geometry, scene, actuation, settings.tolerance, work_),
           count_(actuation.count()) {
         unit_ = largest_of(settings.upper - settings.lower);
         if (unit_ == 0.0) unit_ = 1.0;  // nothing may move
@@ -109,14 +109,23 @@ private:
         point.at.shape = *start.shape;
         if (!look(point, loose)) return false;
         anchor_ = point.place;
-        last_step_ = 1e-3;
-        const bool known = start.curvature && start.curvature->rows() == count_;
-        keep(search_from(std::move(point), known ? *start.curvature : MatrixXd::Identity(count_, count_), true));
+        // On a path neither the preference nor the postures on the way need be as exact: the next target goes on.
+        last_step_ = 1e-3, careful_ = false;
+        memory_.pressures = point.at.pressures, memory_.tip_by_pressure = point.at.tip_by_pressure;
+        MatrixXd curvature = MatrixXd::Identity(count_, count_);
+        if (start.memory && start.memory->curvature.rows() == count_) curvature = start.memory->curvature;
+        if (start.memory && start.memory->tip_by_pressure.cols() == count_) {
+            before_.emplace();
+            before_->place = start.memory->pressures / unit_;
+            before_->at.tip_by_pressure = start.memory->tip_by_pressure;
+        }
+        keep(search_from(std::move(point), std::move(curvature), true));
         return best_.reached;
     }
 
     void from_nothing() {
-        last_step_ = 1e-4;
+        last_step_ = 1e-4, careful_ = true;
+        before_.reset();
         std::mt19937_64 draw(20260417);
         int alike = 0;
         for (int k = 0; k < settings_.starts; ++k) {
@@ -191,13 +200,15 @@ private:
             found.before = point;
             found.least = economise(point, found.curvature);
         }
-        found.ending = found.least ? Ending::near : approach_postures(point, close);
-        if (found.ending == Ending::near && !found.least) {
+        const bool came_near = nearby && point.miss <= close;
+        found.ending = came_near ? Ending::near : approach_postures(point, close);
+        if (found.ending == Ending::near && !came_near) {
             found.before = point;
             found.least = economise(point, found.curvature);
-            // Where it was left before its end, the target still comes first.
-            if (!found.least) found.ending = approach_postures(point, 0.1 * settings_.tolerance);
         }
+        // Where that was left before its end, the target still comes first.
+        if (found.ending == Ending::near && !found.least)
+            found.ending = approach_postures(point, 0.1 * settings_.tolerance);
         found.point = std::move(point);
         return found;
     }
@@ -240,7 +251,8 @@ private:
                         : found.ending == Ending::nearest ? SolveStatus::no_progress
                         : found.ending == Ending::stuck   ? SolveStatus::singular_jacobian
                                                           : SolveStatus::max_iterations;
-        answer.curvature = found.curvature;
+        answer.memory = memory_;
+        answer.memory.curvature = found.curvature;
         if (answer.reached && starts_ > 0) {
             // The posture was come to by a path. Who has the pressures alone should come to it as well.
             const std::optional<Solution> alone = limb_.solve(answer.pressures, options(loose), nullptr);
@@ -300,6 +312,11 @@ private:
 
     void describe(Point& point) const {
         judge(point, point.at.shape.plates.back());
+        differentiate(point);
+    }
+
+    /// The rows' derivatives from those of the tip.
+    void differentiate(Point& point) const {
         const Matrix3 turn = left_jacobian_inverse(Vector3(point.gap.tail<3>()));
         point.by_place.resize(static_cast<Index>(rows_.size()), count_);
         for (Index i = 0; i < count_; ++i) {
@@ -310,10 +327,10 @@ private:
         }
     }
 
-    bool look(Point& point, double tolerance) {
+    bool look(Point& point, double doubt) {
         ++looks_;
         point.at.pressures = pressures_of(point.place);
-        if (!limb_.settle(point.at, tolerance)) return false;
+        if (!limb_.settle(point.at, doubt)) return false;
         describe(point);
         return true;
     }
@@ -455,14 +472,28 @@ private:
     /// target. `curvature` is that of the Lagrangian, learned on the way. True where the last step is small enough; the
     /// point has then taken it without another look.
     bool economise(Point& point, MatrixXd& curvature) {
-        constexpr int most = 60;
+        // On a path where it takes many steps, towards a fold, the next target may go on with it.
+        const int most = careful_ ? 60 : 8;
         double bend = 1.0;  // miss after a step over the step's square
         double radius = first_radius, price = 0.0;
         for (int iteration = 0; iteration < most; ++iteration) {
             const VectorXd slope = point.place - preferred_;
-            const VectorXd step = bounded_quadratic(curvature, slope, point.by_place, -point.error,
-                                                    lower_step(point, radius), upper_step(point, radius));
-            const VectorXd left = point.error + point.by_place * step;
+            if (careful_ && point.at.stale > 0.0 && limb_.refresh(point.at)) describe(point);
+            const auto quadratic_step = [&] {
+                return bounded_quadratic(curvature, slope, point.by_place, -point.error, lower_step(point, radius),
+                                         upper_step(point, radius));
+            };
+            VectorXd step = quadratic_step();
+            VectorXd left = point.error + point.by_place * step;
+            if (before_) {
+                // From target to target: both ends are exact postures, and the multipliers hardly change.
+                before_->gap = point.gap;
+                differentiate(*before_);
+                learn(point, *before_, target_weight * target_weight * left, curvature);
+                before_.reset();
+                step = quadratic_step();
+                left = point.error + point.by_place * step;
+            }
             const double size = largest_of(step);
             const bool closes = left.norm() <= 1e-2 * point.miss + 1e-9;
             if (!closes && size < 0.9 * radius) return false;  // the bounds keep it from the target
@@ -479,9 +510,12 @@ private:
             if (next) bend = next->miss / (size * size);
             // Towards a fold postures change as a square root: what is least there is least where the limb snaps.
             constexpr double of_a_fold = 20.0;
-            if (next && bend > of_a_fold && next->miss > 0.05 * size && size < 0.1) return false;
+            if (next && bend > of_a_fold && size < 0.1 &&
+                next->miss > 0.05 * size + 10.0 * (next->at.doubt + point.at.doubt))
+                return false;
+            // What a doubt may hide is no loss.
             const auto gained = [&](const Point& to) {
-                return effort(point) - effort(to) + price * (point.miss - to.miss);
+                return effort(point) - effort(to) + price * (point.miss - to.miss + to.at.doubt + point.at.doubt);
             };
             if (next && !(gained(*next) > 0.1 * promised)) {
                 // Along a curved set of pressures a straight step misses the target by its square: back to it first.
@@ -493,6 +527,7 @@ private:
                 if (radius < smallest_radius) return false;
                 continue;
             }
+            if (careful_ && next->at.stale > 0.0 && limb_.refresh(next->at)) describe(*next);
             if (closes) learn(*next, point, multipliers, curvature);
             if (gained(*next) > 0.75 * promised && size > 0.9 * radius) radius = std::min(2.0 * radius, 1.0);
             point = *std::move(next);
@@ -505,6 +540,8 @@ private:
     /// Powell's damped update of the Lagrangian's curvature.
     static void learn(const Point& to, const Point& from, const VectorXd& multipliers, MatrixXd& curvature) {
         const VectorXd moved = to.place - from.place;
+        // Derivatives taken far from their postures, beside the step between these, teach noise.
+        if (std::max(to.at.stale, from.at.stale) > 0.02 * largest_of(moved)) return;
         VectorXd change = moved + (to.by_place - from.by_place).transpose() * multipliers;
         const VectorXd known = curvature * moved;
         const double square = moved.dot(known), along = moved.dot(change);
@@ -529,6 +566,9 @@ private:
     VectorXd anchor_;         // where the start was
     double last_step_ = 0.0;  // of the preference: what is left after it is a part of it. On a path it may be larger
     std::vector<int> rows_;   // of the errors that count
+    bool careful_ = true;     // about derivatives, in the search for the preference
+    std::optional<Point> before_;  // where the search before this one started
+    ReachMemory memory_;
     ReachSolution best_;
     int looks_ = 0, starts_ = 0;
 };

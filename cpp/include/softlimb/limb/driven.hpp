@@ -27,17 +27,21 @@ struct DrivenPoint {
     Shape shape;
     Eigen::Matrix<double, 6, Eigen::Dynamic> tip_by_pressure;  // (dp, dtheta), base axes at the tip's origin [./Pa]
     double doubt = 0.0;  // error of the shape, estimated: relative to the limb's length, or in radians
+    double stale = 0.0;  // how far from the posture, in the same units, the derivatives were taken
     long number = -1;    // which posture of its limb this is
 };
 
 class DrivenLimb {
 public:
-    /// `scene` has the loads and holds; its sections and rest lengths do not count.
-    DrivenLimb(const Geometry& geometry, Scene scene, const Actuation& actuation, solve::Work& work);
+    /// `scene` has the loads and holds; its sections and rest lengths do not count. Rods are integrated for
+    /// `tolerance` throughout: postures of different meshes would differ by more than small steps move them.
+    DrivenLimb(const Geometry& geometry, Scene scene, const Actuation& actuation, double tolerance, solve::Work& work);
 
-    /// Newton from the point's shape at its pressures until its doubt is below the tolerance, then the tip's
+    /// Newton from the point's shape at its pressures until its doubt is below `doubt`, then the tip's
     /// derivatives. False where no stable posture is near: the point is then of no use.
-    bool settle(DrivenPoint& point, double tolerance);
+    bool settle(DrivenPoint& point, double doubt);
+    /// Derivatives once more, at the posture itself and not where its last Newton step began.
+    bool refresh(DrivenPoint& point);
     /// The same from nothing, by the whole plan of a solve.
     bool settle_from_nothing(DrivenPoint& point, const SolveOptions& options);
     /// Shape near the posture at changed pressures: the linear response to the change, cut where it bends too far.
@@ -55,13 +59,14 @@ public:
 private:
     /// Where the shape is near enough one Newton step does, and the check with half the integration step waits for the
     /// answer. False where it does not; the shape has then taken it.
-    bool step_once(Shape& shape, double tolerance, double& doubt);
+    bool step_once(Shape& shape, double allowed, double& doubt);
     bool linearise(DrivenPoint& point);
     void respond(DrivenPoint& point);
 
     const Geometry& geometry_;
     Scene scene_;
     const Actuation& actuation_;
+    double tolerance_;
     solve::Work& work_;
     Equilibrium equilibrium_;
     std::vector<Vector6> tip_moves_;

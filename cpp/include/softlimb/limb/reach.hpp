@@ -27,11 +27,19 @@ struct ReachSettings {
     std::function<bool()> interrupted;
 };
 
+/// What a search along a path learns for the next one: curvature of the Lagrangian in units of the widest bounds, and
+/// the tip's derivatives where the search started.
+struct ReachMemory {
+    Eigen::MatrixXd curvature;
+    Eigen::VectorXd pressures;
+    Eigen::Matrix<double, 6, Eigen::Dynamic> tip_by_pressure;
+};
+
 /// Where a search starts: a posture at its pressures, and what an earlier search learned there (may be null).
 struct ReachStart {
     const Shape* shape;
     Eigen::VectorXd pressures;
-    const Eigen::MatrixXd* curvature = nullptr;
+    const ReachMemory* memory = nullptr;
 };
 
 struct ReachSolution {
@@ -46,9 +54,9 @@ struct ReachSolution {
     /// converged: reached. no_progress: no change of the pressures within bounds comes nearer. Else the search ended
     /// before it knew.
     solve::SolveStatus status = solve::SolveStatus::max_iterations;
-    int iterations = 0;         // postures that the search looked at
-    int starts = 0;             // from nothing
-    Eigen::MatrixXd curvature;  // for the start of a search nearby
+    int iterations = 0;  // postures that the search looked at
+    int starts = 0;      // from nothing
+    ReachMemory memory;
 };
 
 /// Pressures within bounds that put the tip on the target, or as near to it as found. Raises solve::Interrupted.
