@@ -1,4 +1,4 @@
-"""The subcommands posture, sweep and compare, as a user types them."""
+"""The subcommands posture, reach, sweep and compare, as a user types them."""
 
 from __future__ import annotations
 
@@ -407,3 +407,44 @@ def test_a_reader_that_leaves_early_gets_no_complaint(tmp_path: Path) -> None:
 def test_a_negative_pressure_may_have_an_exponent(capsys) -> None:
     assert main(["posture", "elongation-proximal", "--pressures-kPa", "-1e-3", "0", "-1.5e-3"]) == 0
     assert "0.0 0.0 0.0" in capsys.readouterr().out
+
+
+def test_reach_prints_target_pressures_and_posture_and_draws_them(tmp_path: Path, capsys) -> None:
+    picture, table = tmp_path / "reach.png", tmp_path / "plates.csv"
+    arguments = ["reach", "complex-posture", "--position-mm", "150", "50", "720", "--max-pressure-kPa", "80"]
+    assert main([*arguments, "--output", str(picture), "--table", str(table)]) == 0
+    said = capsys.readouterr().out
+    assert "target: reached" in said and "stable" in said
+    assert is_picture(picture)
+    columns = columns_of(table)
+    # a millionth of 650 mm, and twelve digits in the file
+    assert_allclose([float(columns[f"{axis}_mm"][-1]) for axis in "xyz"], [150.0, 50.0, 720.0], atol=1e-3)
+    pressures = [float(columns[f"pressure_{i}_kPa"][j]) for j in range(3) for i in (1, 2, 3)]
+    again = scenes.load_scene("complex-posture").solve(np.array(pressures) * 1e3)
+    assert_allclose(again.tip[:3, 3], [0.15, 0.05, 0.72], atol=1.3e-6)  # both tolerances
+
+
+def test_reach_out_of_reach_is_answered_with_code_one(tmp_path: Path, capsys) -> None:
+    picture = tmp_path / "missed.png"
+    arguments = ["reach", "bend-2", "--position-mm", "100", "0", "400", "--rotation-deg", "0", "170", "0"]
+    assert main([*arguments, "--max-pressure-kPa", "40", "--prefer-kPa", "20", "--output", str(picture)]) == 1
+    said = capsys.readouterr().out
+    assert "out of reach" in said and "rotation y [deg]" in said and "(max)" in said
+    assert is_picture(picture)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (["--position-mm", "0", "nan", "700"], "--position-mm must be finite"),
+        (["--position-mm", "0", "0", "700", "--rotation-deg", "0", "inf", "0"], "--rotation-deg must be finite"),
+        (["--position-mm", "0", "0", "700", "--min-pressure-kPa", "200"], "min_pressure must not exceed max_pressure"),
+        (["--position-mm", "0", "0", "700", "--max-pressure-kPa", "80", "80"], "max_pressure has shape"),
+        (["--position-mm", "0", "0"], "expected 3 arguments"),
+        ([], "--position-mm"),
+    ],
+)
+def test_mistakes_of_reach_are_one_line(given: list[str], message: str, capsys) -> None:
+    assert main(["reach", "complex-posture", *given]) == 2
+    error = capsys.readouterr().err
+    assert message in error and error.count("\n") == 1

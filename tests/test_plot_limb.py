@@ -246,3 +246,21 @@ def test_the_box_in_space_has_its_upright_edge_on_the_right(posture) -> None:
     # white but for the ends of a dozen grid lines.
     darkest = pixels[low + 2 : high - 2, column - 1 : column + 2].min(axis=1)
     assert np.mean(darkest < 250.0) > 0.95
+
+
+@pytest.mark.parametrize("place", [(0.1, 0.05, 0.75), (0.6, 0.0, 0.9)])
+def test_a_target_reached_or_missed_lies_in_both_views_at_one_scale(place, tmp_path: Path) -> None:
+    found = reference_limb().reach(position=place, max_pressure=60 * kPa, gravity=(0.0, 0.0, 9.81))
+    figure = plot.reach(found)
+    figure.savefig(tmp_path / "reach.png")
+    assert labels(figure) and all(label.endswith("]") or label == "segment.actuator" for label in labels(figure))
+    front, side, _ = figure.axes
+    scales = []
+    for axis, ax in enumerate((front, side)):
+        across, up = sorted(ax.get_xlim()), sorted(ax.get_ylim())
+        assert across[0] < 1e3 * place[axis] < across[1] and up[0] < 1e3 * place[2] < up[1]
+        box = ax.get_window_extent()
+        scales += [box.width / np.ptp(across), box.height / np.ptp(up)]
+    assert_allclose(scales, scales[0], rtol=1e-9)
+    title = figure.get_suptitle()
+    assert ("reached" in title) == found.reached and ("missed" in title) != found.reached

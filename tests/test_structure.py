@@ -36,7 +36,7 @@ PYTHON_ORDER = [
     ["presets"],
     ["scenes"],
     ["rows"],
-    ["payload", "sweep"],
+    ["payload", "reach", "sweep"],
     ["measured"],
     ["plot"],
     ["bench"],
@@ -55,6 +55,7 @@ DOORS = {
     ("tube", "limb"),  # Tube.rod
     ("limb", "scenes"),  # Limb.from_toml, Limb.to_toml
     ("limb", "payload"),  # Limb.payload
+    ("limb", "reach"),  # Limb.reach
     ("limb", "sweep"),  # Limb.sweep
     ("scenes", "sweep"),  # Scene.sweep
     ("materials", "plot"),  # the picture of a fit

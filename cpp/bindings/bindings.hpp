@@ -22,6 +22,7 @@ void bind_limb(pybind11::module_& m);
 void bind_members(pybind11::module_& m);
 void bind_derivatives(pybind11::module_& m);
 void bind_path(pybind11::module_& m);
+void bind_reach(pybind11::module_& m);
 void bind_bench(pybind11::module_& m);
 void bind_sweep(pybind11::module_& m);
 

@@ -113,6 +113,18 @@ public:
         return posture;
     }
 
+    /// Loads of a scene whose sections and rest lengths are not set; none where a number is not plain.
+    std::optional<limb::Scene> loads(const py::object& gravity, const py::object& force, const py::object& moment,
+                                     const py::object& frame) const {
+        const plain::Reader& read = plain::reader();
+        limb::Scene scene = blank_;
+        double* tip = scene.wrenches.back().data();
+        if (!read.choice(frame, {"base", "plate"}, scene.following) || !read.three(gravity, scene.gravity.data()) ||
+            !read.three(force, tip) || !read.three(moment, tip + 3))
+            return std::nullopt;
+        return scene;
+    }
+
 private:
     /// Nothing, or a posture of a limb with as many rods and plates.
     bool posture_of(const py::object& start, const Posture*& from) const {
@@ -146,7 +158,10 @@ void bind_members(py::module_& m) {
              py::arg("section"), py::arg("valve"),
              R"(Arguments of Limb.solve, positional, `start` a core Posture or None. None where one is not plain or has
 no answer: it is then for Python to say what is wrong. Plain are floats and integers, lists and tuples of them, arrays
-of float64; all finite and of the right number.)");
+of float64; all finite and of the right number.)")
+        .def("loads", &PlainSolver::loads, py::arg("gravity"), py::arg("tip_force"), py::arg("tip_moment"),
+             py::arg("frame"),
+             "A scene with these loads and neither sections nor lengths; None where one is not plain.");
 }
 
 }  // namespace softlimb::bindings

@@ -10,6 +10,7 @@ PYBIND11_MODULE(_core, m) {
     softlimb::bindings::bind_members(m);
     softlimb::bindings::bind_derivatives(m);
     softlimb::bindings::bind_path(m);
+    softlimb::bindings::bind_reach(m);
     softlimb::bindings::bind_bench(m);
     softlimb::bindings::bind_sweep(m);
 }

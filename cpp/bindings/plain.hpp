@@ -7,6 +7,8 @@
 #include <initializer_list>
 #include <vector>
 
+#include "softlimb/se3.hpp"
+
 namespace softlimb::bindings::plain {
 
 namespace py = pybind11;
@@ -39,6 +41,26 @@ public:
         return false;
     }
     bool three(py::handle given, double* out) const { return row(given, 3, out); }
+    bool one(py::handle given, double& out) const { return number(given.ptr(), out); }
+
+    /// A homogeneous matrix whose rotation is one, by the rule of softlimb/arguments.py.
+    bool pose(py::handle given, Pose& out) const {
+        if (Py_TYPE(given.ptr()) != array_type_) return false;
+        const auto array = py::reinterpret_borrow<py::array>(given);
+        if (array.ndim() != 2 || array.shape(0) != 4 || array.shape(1) != 4) return false;
+        double m[4][4];
+        for (int r = 0; r < 4; ++r)
+            if (!strided(array, static_cast<const char*>(array.data()) + r * array.strides(0), array.strides(1), 4,
+                         m[r]))
+                return false;
+        for (int r = 0; r < 3; ++r) {
+            for (int c = 0; c < 3; ++c) out.rotation(r, c) = m[r][c];
+            out.position(r) = m[r][3];
+        }
+        const Matrix3 square = out.rotation * out.rotation.transpose();
+        return (square - Matrix3::Identity()).cwiseAbs().maxCoeff() <= 1e-5 && out.rotation.determinant() > 0.0 &&
+               m[3][0] == 0.0 && m[3][1] == 0.0 && m[3][2] == 0.0 && m[3][3] == 1.0;
+    }
 
     /// Flat, or one row a segment.
     bool by_segment(py::handle given, const std::vector<int>& counts, std::vector<double>& out) const {

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from softlimb.path import Path, PathEvent
     from softlimb.payload import Payload
     from softlimb.posture import Posture, RodPosture, Verification
+    from softlimb.reach import Reach
     from softlimb.scenes import Scene, load_scene
     from softlimb.sweep import Batch
     from softlimb.tube import Fibres, Layer, Tube, TubeState
@@ -35,6 +36,7 @@ __all__ = [
     "Payload",
     "Plate",
     "Posture",
+    "Reach",
     "Rod",
     "RodPosture",
     "Scene",
@@ -62,6 +64,7 @@ _HOME = {
     "path": ("Path", "PathEvent"),
     "payload": ("Payload",),
     "posture": ("Posture", "RodPosture", "Verification"),
+    "reach": ("Reach",),
     "scenes": ("Scene", "load_scene"),
     "sweep": ("Batch",),
     "tube": ("Fibres", "Layer", "Tube", "TubeState"),

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from softlimb.payload import Payload
+    from softlimb.reach import Reach
     from softlimb.sweep import Batch
 
 __all__ = ["Limb", "Plate", "Posture", "Rod", "RodPosture", "Segment", "Verification"]
@@ -725,6 +726,77 @@ class Limb:
             max_deflection=max_deflection,
             max_pressure=max_pressure,
             tolerance=tolerance,
+            **scene,
+        )
+
+    def reach(
+        self,
+        *,
+        position: ArrayLike | None = None,
+        pose: ArrayLike | None = None,
+        max_pressure: ArrayLike | Sequence[ArrayLike],
+        min_pressure: ArrayLike | Sequence[ArrayLike] = 0.0,
+        weights: ArrayLike | None = None,
+        prefer: ArrayLike | Sequence[ArrayLike] | Posture | Reach | None = None,
+        tolerance: float = 1e-6,
+        start: Posture | Reach | None = None,
+        **scene: Any,
+    ) -> Reach:
+        """Find pressures within bounds that put the tip on a target, in a stable posture.
+
+        Parameters
+        ----------
+        position : array_like, shape (3,), or pose : array_like, shape (4, 4)
+            Where the tip is wanted, in the base frame [m]; exactly one of the two.
+        max_pressure, min_pressure : float, or array_like as for pressures
+            Bounds of the gauge pressures [Pa], for all actuators or one each.
+        weights : array_like, shape (3,) for a position, (6,) for a pose, optional
+            How much the tip's errors count: translations along base axes in units of ``limb.length``, then the rotation
+            vector from target to tip, base axes [rad]. Zero leaves a freedom alone; the others matter where the target
+            is out of reach. Default: one each.
+        prefer : array_like of pressures, a Posture or a Reach, optional
+            Of all pressures that reach take those nearest to these [Pa], by the sum of squares. Default: zero, the
+            least effort.
+        tolerance : float
+            Of the tip: distance relative to ``limb.length``, angle in radians; 1e-9 to 0.1.
+        start : Posture or Reach, optional
+            Where to start, a posture of this limb. On a path of targets the answer before, which is fast and stays on
+            its side of several answers. Default, and where the start leads nowhere: several starts by constant
+            curvature.
+        **scene
+            Loads, holds, ``section`` and ``valve`` as for `solve`.
+
+        Returns
+        -------
+        Reach
+            With ``pressures``, ``posture``, ``reached``, ``error``, ``active``. A target out of reach is answered by
+            the nearest posture found, ``reached`` false. Nearest and least are local: better pressures far away are met
+            only by chance.
+
+        Raises
+        ------
+        ValueError
+            Not exactly one target, a target that is not finite or no pose, weights that are negative or all zero,
+            bounds that are reversed or beyond what an actuator carries, an argument that `solve` refuses.
+        TypeError
+            An argument that `solve` does not have, or that does not apply: ``prefer_stable``, ``rest_lengths``.
+
+        Notes
+        -----
+        MECHANICS, "Reach".
+        """
+        from softlimb.reach import reach
+
+        return reach(
+            self,
+            position=position,
+            pose=pose,
+            max_pressure=max_pressure,
+            min_pressure=min_pressure,
+            weights=weights,
+            prefer=prefer,
+            tolerance=tolerance,
+            start=start,
             **scene,
         )
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import csv
-from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -20,7 +18,7 @@ from softlimb.cli.scene_arguments import (
     save_picture,
     scene_of,
 )
-from softlimb.cli.tables import aligned, number, vector
+from softlimb.cli.tables import aligned, number, vector, write_csv
 from softlimb.units import deg, kPa, mm
 
 if TYPE_CHECKING:
@@ -70,10 +68,10 @@ def run(arguments: argparse.Namespace) -> int:
     print(outcome(posture))
     if arguments.table is not None:
         columns = plate_columns(posture, scene.counts)
-        _write(arguments.table, list(columns), list(zip(*columns.values(), strict=True)))
+        write_csv(arguments.table, list(columns), list(zip(*columns.values(), strict=True)))
     if arguments.centreline is not None:
         points = posture.centreline(_CENTRELINE_POINTS) / mm
-        _write(arguments.centreline, ["x_mm", "y_mm", "z_mm"], [[f"{x:.6f}" for x in point] for point in points])
+        write_csv(arguments.centreline, ["x_mm", "y_mm", "z_mm"], [[f"{x:.6f}" for x in point] for point in points])
     if arguments.output is not None:
         from softlimb import plot
 
@@ -138,9 +136,3 @@ def outcome(posture: Posture) -> str:
         lines.append(f"hold on tip: force {vector(reaction[:3], 3)} N, moment {vector(reaction[3:], 4)} N m")
     lines.append(f"reference length: {number(posture.limb.length / mm, 1)} mm")
     return "\n".join(lines)
-
-
-def _write(path: Path, header: list[str], rows: list[list[str]] | list[tuple[str, ...]]) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows([header, *rows])
-    print(f"table: {path}")

@@ -1,4 +1,4 @@
-"""What posture, sweep and compare have in common: the scene, its pressures, and how they are shown."""
+"""What posture, reach, sweep and compare have in common: the scene, its pressures, and how they are shown."""
 
 from __future__ import annotations
 
@@ -18,19 +18,21 @@ if TYPE_CHECKING:
 _PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".tif", ".tiff", ".eps")
 
 
-def add_scene(parser: argparse.ArgumentParser) -> None:
-    """The scene, by file or by name, and what overrules it."""
+def add_scene(parser: argparse.ArgumentParser, *, pressures: bool = True) -> None:
+    """The scene, by file or by name, and what overrules it: with its pressures, unless they are what is sought."""
     from softlimb.scenes import available_scenes
 
     names = ", ".join(available_scenes())
     parser.add_argument("scene", metavar="SCENE", help=f"a TOML file, or a scene of the package: {names}")
-    parser.add_argument(
-        "--pressures-kPa",
-        type=float,
-        nargs="+",
-        metavar="P",
-        help="gauge pressures in place of the scene's own [kPa], segment by segment",
-    )
+    parser.set_defaults(pressures_kPa=None)
+    if pressures:
+        parser.add_argument(
+            "--pressures-kPa",
+            type=float,
+            nargs="+",
+            metavar="P",
+            help="gauge pressures in place of the scene's own [kPa], segment by segment",
+        )
     parser.add_argument(
         "--tolerance", type=float, metavar="T", help="tip error asked for, relative to the limb's length"
     )

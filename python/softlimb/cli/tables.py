@@ -1,9 +1,11 @@
-"""Tables for the terminal: columns aligned, numbers to the right, units in the headings."""
+"""Tables for the terminal: columns aligned, numbers to the right, units in the headings; and for files."""
 
 from __future__ import annotations
 
+import csv
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 
@@ -38,3 +40,10 @@ def number(value: float, decimals: int) -> str:
 def vector(values: Any, decimals: int) -> str:
     """Numbers in brackets: "(0, 0, 9.81)"."""
     return "(" + ", ".join(f"{round(float(value), decimals) + 0.0:g}" for value in values) + ")"
+
+
+def write_csv(path: Path, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Write a table to a file, and say so."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([header, *rows])
+    print(f"table: {path}")

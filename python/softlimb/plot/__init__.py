@@ -4,6 +4,7 @@ from softlimb.plot.curves import comparison, curve, positions, sweep
 from softlimb.plot.limb import limb, side_view
 from softlimb.plot.material import draw_fit
 from softlimb.plot.path import path
+from softlimb.plot.reach import reach
 from softlimb.plot.tube import ballooning, elongation, stiffness, wall_stress
 
 __all__ = [
@@ -15,6 +16,7 @@ __all__ = [
     "limb",
     "path",
     "positions",
+    "reach",
     "side_view",
     "stiffness",
     "sweep",

@@ -119,7 +119,7 @@ def side_view(posture: Posture, ax: Axes, axis: int) -> Axes:
         ax.fill(*outline.T, facecolor=tube.colour, edgecolor="0.25", linewidth=0.5)
     for plate in _plates(posture):
         rims = np.concatenate([plate.rim(0.0), plate.rim(1.0)]) / mm
-        ax.fill(*_hull(rims[:, shown]).T, facecolor=_PLATE_COLOUR, edgecolor="0.25", linewidth=0.5)
+        ax.fill(*hull(rims[:, shown]).T, facecolor=_PLATE_COLOUR, edgecolor="0.25", linewidth=0.5)
     ax.plot(*(posture.centreline(60)[:, shown].T / mm), color="black", linewidth=1.0, linestyle=(0, (4, 2)))
     style.finish(ax, f"{'xy'[axis]} [mm]", "z [mm]")
     ax.set_aspect("equal", adjustable="box")
@@ -131,9 +131,31 @@ def side_view(posture: Posture, ax: Axes, axis: int) -> Axes:
     scale = float(np.min(on_paper / np.ptp(limits[shown], axis=1)))
     # A tick label is 6 mm wide and 3 mm high on paper.
     ax.tick_params(labelsize=style.FONT_SIZE - 2.0)
-    ax.xaxis.set_major_locator(_ticks(7.0 / scale, *limits[axis]))
-    ax.yaxis.set_major_locator(_ticks(7.0 / scale, *limits[2]))
+    ax.xaxis.set_major_locator(ticks(7.0 / scale, *limits[axis]))
+    ax.yaxis.set_major_locator(ticks(7.0 / scale, *limits[2]))
     return ax
+
+
+def outline_of_tip(posture: Posture, pose: Array) -> Array:
+    """Points around the tip's plate, (n, 3) [m], were it at a pose (4, 4): those of its two rims in turn."""
+    *_, last = _plates(posture)
+    disc = _Disc(pose, last.thickness, last.radius)
+    return np.concatenate([disc.rim(0.0), disc.rim(1.0)])
+
+
+def hull(points: Array) -> Array:
+    """Convex hull of points in the plane, counter-clockwise (Andrew's monotone chain, 1979)."""
+    ordered = points[np.lexsort((points[:, 1], points[:, 0]))]
+
+    def chain(sequence: Array) -> list[Array]:
+        kept: list[Array] = []
+        for point in sequence:
+            while len(kept) > 1 and _turn(kept[-2], kept[-1], point) <= 0.0:
+                kept.pop()
+            kept.append(point)
+        return kept[:-1]
+
+    return np.array(chain(ordered) + chain(ordered[::-1]))
 
 
 @dataclass(frozen=True)
@@ -215,7 +237,7 @@ def _limits(posture: Posture) -> Array:
     return np.stack([middle - 0.5 * span, middle + 0.5 * span], axis=1)
 
 
-def _ticks(least: float, low: float, high: float) -> Any:
+def ticks(least: float, low: float, high: float) -> Any:
     """Ticks at round distances, at least `least` apart [mm]; where that leaves fewer than two, one towards each end."""
     from matplotlib.ticker import FixedLocator
 
@@ -345,7 +367,7 @@ def _draw_space(posture: Posture, ax: Any, loads: bool) -> None:
         # A pane left open, as matplotlib makes it, has three edges.
         line.pane.set(facecolor="none", edgecolor=_BOX_COLOUR, linewidth=0.5, alpha=None, closed=True)
         # A number is 6 mm wide and 3 mm high on paper; y is seen from its end.
-        line.set_major_locator(_ticks((9.0, 14.0, 6.0)[i] / scale, *ends))
+        line.set_major_locator(ticks((9.0, 14.0, 6.0)[i] / scale, *ends))
         line._axinfo["grid"].update(color="0.88", linewidth=0.5)
     ax.tick_params(labelsize=style.FONT_SIZE - 2.0, pad=0.0)
     # The numbers of z stand beside an upright axis, not below a sloping one: they are wider than high.
@@ -514,21 +536,6 @@ def _colour_bar(posture: Posture, figure: Figure, ax: Axes) -> None:
     bar = figure.colorbar(ScalarMappable(Normalize(0.0, _largest_pressure(posture)), colours), cax=ax)
     bar.set_label("gauge pressure [kPa]", fontsize=style.FONT_SIZE)
     bar.ax.tick_params(labelsize=style.FONT_SIZE - 1.0)
-
-
-def _hull(points: Array) -> Array:
-    """Convex hull of points in the plane, counter-clockwise (Andrew's monotone chain, 1979)."""
-    ordered = points[np.lexsort((points[:, 1], points[:, 0]))]
-
-    def chain(sequence: Array) -> list[Array]:
-        kept: list[Array] = []
-        for point in sequence:
-            while len(kept) > 1 and _turn(kept[-2], kept[-1], point) <= 0.0:
-                kept.pop()
-            kept.append(point)
-        return kept[:-1]
-
-    return np.array(chain(ordered) + chain(ordered[::-1]))
 
 
 def _turn(a: Array, b: Array, c: Array) -> float:

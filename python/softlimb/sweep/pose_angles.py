@@ -43,3 +43,20 @@ def rotation_vector(pose: NDArray[np.float64]) -> NDArray[np.float64]:
         from_column = sign * column / np.linalg.norm(column, axis=-1, keepdims=True)
         from_sine = np.where(norm > 0.0, twice_sine / norm, 0.0)
     return np.where(np.isnan(norm), np.nan, np.where(near_half_turn, from_column, from_sine) * angle)
+
+
+def rotation_matrix(vector: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The rotation about a vector's axis by its length, shape (3, 3): Rodrigues' formula.
+
+    Parameters
+    ----------
+    vector : array of float, shape (3,)
+        [rad]
+    """
+    angle = float(np.linalg.norm(vector))
+    x, y, z = vector
+    turn = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    # sin(a)/a and (1 - cos a)/a^2 without subtraction, so that a small angle keeps its digits.
+    sine, versine = np.sinc(angle / np.pi), 0.5 * np.sinc(0.5 * angle / np.pi) ** 2
+    rotation: NDArray[np.float64] = np.eye(3) + sine * turn + versine * turn @ turn
+    return rotation
