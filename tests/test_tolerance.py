@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from benchmarks import bench_derivatives
 from benchmarks.bench_tolerance import measure, scene
 
 
@@ -24,3 +25,14 @@ def test_rods_that_pull_too_hard_for_newton_are_stiffened_step_by_step(number: i
     found = limb.solve(**options, tolerance=tolerance)
     assert found.success and found.stable and found.verify().success
     assert any("stiffness grown" in line for line in found.plan)
+
+
+def test_a_tip_held_in_some_turns_is_where_a_second_solve_puts_it():
+    # Free directions of such a plate turn with it: steps that balance those of an older pose end elsewhere (by 1e-6 here).
+    limb, options, _ = bench_derivatives.scene(6)
+    assert any(options["tip_held"][3:]) and not all(options["tip_held"][3:])
+    found = limb.solve(**options)
+    again = limb.solve(**options, start=found)
+    assert found.success and again.success
+    # The tolerance of 1e-12 of the length, once for each of the two.
+    assert abs(found.tip - again.tip).max() < 2.0 * options["tolerance"]

@@ -153,9 +153,7 @@ void Balance::apply_holds(const Scene& scene, const std::vector<Pose>& plates, b
         Matrix6& projector = projector_[j];
         projector = Matrix6::Identity() - pseudo * c;
         if (hold.all()) projector.setZero();  // nothing is free: not even rounding noise
-        const bool partly_turned =
-            (hold.held[3] || hold.held[4] || hold.held[5]) && !(hold.held[3] && hold.held[4] && hold.held[5]);
-        if (partly_turned) {
+        if (hold.partly_turned()) {
             // The reaction C^T lambda turns with the plate where some rotations are free: its own stiffness, by central
             // differences (it does not enter the residual, so 1e-9 is plenty).
             const Vector6 reaction = pseudo.transpose() * full_residual_[j];

@@ -335,6 +335,10 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
     bool refined = false;
     long elements = 0;
     for (const RodShape& rod : shape.rods) elements += rod.elements();
+    // Of a plate that is held in some turns the free directions belong to its pose: a step with an older pose's would
+    // balance the wrong ones.
+    const bool same_freedoms =
+        std::none_of(scene_.holds.begin(), scene_.holds.end(), [](const Hold& hold) { return hold.partly_turned(); });
     for (; report.iterations < settings.max_iterations; ++report.iterations) {
         if (!work.spend(elements * shape.rods.front().integration.steps)) return report;
         if (!linearise(shape)) {
@@ -389,8 +393,8 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
         // what has been moved since. They serve where the count of modes will not want that stiffness anyway.
         double shrink = 4.0 * size * leverage;
         double changed = stiffness_change(shape);  // since the linearisation
-        const bool close = factor == 1.0 && balanced && !near && size * leverage < largest_chord && !border &&
-                           !report.neutral_mode && surely_stable(1.2 * changed);
+        const bool close = factor == 1.0 && same_freedoms && balanced && !near && size * leverage < largest_chord &&
+                           !border && !report.neutral_mode && surely_stable(1.2 * changed);
         for (int chord = 0; close && !near && chord < 3; ++chord) {
             if (!work.spend(elements * shape.rods.front().integration.steps)) return report;
             if (!propose_again(shape, 1)) break;

@@ -50,6 +50,8 @@ struct Hold {
     Pose pose;
     bool any() const { return held[0] || held[1] || held[2] || held[3] || held[4] || held[5]; }
     bool all() const { return held[0] && held[1] && held[2] && held[3] && held[4] && held[5]; }
+    /// Some rotations are held and some are free: the held direction turns with the plate.
+    bool partly_turned() const { return (held[3] || held[4] || held[5]) && !(held[3] && held[4] && held[5]); }
 };
 
 struct Scene {
