@@ -28,7 +28,8 @@ def test_rods_that_pull_too_hard_for_newton_are_stiffened_step_by_step(number: i
 
 
 def test_a_tip_held_in_some_turns_is_where_a_second_solve_puts_it():
-    # Free directions of such a plate turn with it: steps that balance those of an older pose end elsewhere (by 1e-6 here).
+    # Free directions of such a plate turn with it: steps that balance those of an older pose end
+    # elsewhere, by 1e-6 here.
     limb, options, _ = bench_derivatives.scene(6)
     assert any(options["tip_held"][3:]) and not all(options["tip_held"][3:])
     found = limb.solve(**options)
