@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['CHUNK_ROWS', 'Derivatives', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'Parameters', 'PlainSolver', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'law_coefficients', 'potential_energy', 'potential_energy_slopes', 'rest_length_slopes', 'rod_end', 'status_names', 'sweep_rows', 'thread_geometry', 'use_instruction_set', 'yardstick']
+__all__: list[str] = ['CHUNK_ROWS', 'Derivatives', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'Parameters', 'PlainSolver', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'law_coefficients', 'linearised', 'potential_energy', 'potential_energy_slopes', 'rest_length_slopes', 'rod_end', 'status_names', 'sweep_rows', 'thread_geometry', 'use_instruction_set', 'yardstick']
 class Section:
     """
     Stiffness of a rod's cross-section, per rest length, SI.
@@ -2307,8 +2307,6 @@ class Derivatives:
     """
     A posture, linearised. `made` is (members, pressures, section model, valve).
     """
-    def __init__(self, posture: Posture, tolerance: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
     def adjoint(self, weights: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], parameters: Parameters, made: tuple[Members, typing.Annotated[numpy.typing.ArrayLike, numpy.float64], str, str], rods: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], fractions: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> numpy.typing.NDArray[numpy.float64]:
         """
         Rows of weights times what `forward` gives, without forming it.
@@ -2321,6 +2319,10 @@ class Derivatives:
         """
     def plate_stiffness(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
+    def tip_by_pressures(self, made: tuple[Members, typing.Annotated[numpy.typing.ArrayLike, numpy.float64], str, str]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Tip (dp, dtheta) by each pressure, (6, actuators).
+        """
 class FollowedPath:
     """
     Equilibria along one parameter.
@@ -2380,6 +2382,10 @@ def law_class_names() -> list[str]:
 def law_coefficients(law: NeoHookean | Yeoh | MooneyRivlin | Ogden | Gent) -> list[str]:
     """
     Names of all coefficients of a law.
+    """
+def linearised(posture: Posture, tolerance: typing.SupportsFloat | typing.SupportsIndex) -> Derivatives:
+    """
+    RuntimeError at a fold.
     """
 def potential_energy(posture: Posture) -> float:
     """

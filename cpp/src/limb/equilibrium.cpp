@@ -85,12 +85,13 @@ double largest_activity(const Scene& scene, const Shape& shape) {
 void Equilibrium::resize(const Shape& shape) {
     const std::size_t rods = shape.rods.size();
     chains_.resize(rods), exact_.resize(rods), ends_.resize(rods), ends_after_.resize(rods);
+    end_slopes_.resize(rods);
     loads_.resize(rods), gaps_.resize(rods), interior_.resize(rods), rod_forces_.resize(rods);
     double length = 0.0;
     for (std::size_t i = 0; i < rods; ++i) {
         const int elements = shape.rods[i].elements();
         chains_[i].resize(elements), exact_[i].resize(elements);
-        ends_[i].resize(elements), ends_after_[i].resize(elements);
+        ends_[i].resize(elements), ends_after_[i].resize(elements), end_slopes_[i].resize(elements);
         loads_[i].assign(elements, Vector12::Zero());
         gaps_[i].assign(elements, Vector6::Zero());
         interior_[i].assign(elements + 1, Vector6::Zero());
@@ -547,6 +548,31 @@ bool Equilibrium::linearise_at(const Shape& shape, bool pinned) {
     resize(shape);
     pin(pinned ? pin_of_count() : 0.0);
     return linearise(shape);
+}
+
+void Equilibrium::respond_to_rods(const Shape& shape, const std::vector<RodSlope>& slopes,
+                                  std::vector<Vector6>& tip_moves) {
+    integrate(scene_, shape, 1, [&](const rod::RodPiece& part, std::size_t i, int e) {
+        const RodShape& rod = shape.rods[i];
+        batch_.add(part, rod.nodes[e], rod.wrenches[e], slopes[i].section, slopes[i].rest_length / rod.elements(),
+                   slopes[i].section.mass_per_length * scene_.gravity, end_slopes_[i][e]);
+    });
+    tip_moves.resize(slopes.size());
+    for (Vector12& forces : rod_forces_) forces.setZero();
+    for (std::size_t i = 0; i < slopes.size(); ++i) {
+        for (int e = 0; e < shape.rods[i].elements(); ++e) {
+            const rod::EndSlope& slope = end_slopes_[i][e];
+            const Vector6 change = exact_[i][e].wrench_for_gap(slope.pose);
+            loads_[i][e] << -change, slope.wrench + exact_[i][e].end_wrench_by_base_wrench() * change;
+        }
+        rod_forces_[i] = chains_[i].condense_loads(loads_[i], interior_[i]);
+        Balance::carry(geometry_, shape.plates, rod_forces_, plate_forces_);
+        rod_forces_[i].setZero();
+        for (int j = 0; j < geometry_.plates(); ++j)
+            plate_forces_[j] = (balance_.projector(j) * plate_forces_[j]).eval();
+        balance_.solve(plate_forces_, moves_.plates);
+        tip_moves[i] = moves_.plates.back();
+    }
 }
 
 Vector6 Equilibrium::base_wrench(const Shape& shape) const {

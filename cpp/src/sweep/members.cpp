@@ -47,6 +47,21 @@ Members::Refusal Members::at_pressures(const double* pressures, actuator::Sectio
     return refusal;
 }
 
+std::vector<limb::RodSlope> Members::slopes_at(const double* pressures, actuator::SectionModel model,
+                                               actuator::Valve valve) const {
+    std::vector<limb::RodSlope> slopes(members_.size());
+    for (int i = 0; i < actuators(); ++i) {
+        const Actuator& actuator = actuators_[i];
+        if (actuator.twin >= 0 && pressures[actuator.twin] == pressures[i]) {
+            slopes[actuator.rod] = slopes[actuators_[actuator.twin].rod];
+            continue;
+        }
+        const actuator::SectionAtPressure at = actuator.tube->section(pressures[i], model, valve, true);
+        slopes[actuator.rod] = {at.d_section, at.d_rest_length};
+    }
+    return slopes;
+}
+
 std::vector<int> Members::driven() const {
     std::vector<int> rods;
     for (const Actuator& actuator : actuators_) rods.push_back(actuator.rod);

@@ -40,6 +40,12 @@ struct Border {
     }
 };
 
+/// Rates of a rod's section (field by field) and rest length with a parameter of its own, for instance its pressure.
+struct RodSlope {
+    Section section;
+    double rest_length = 0.0;
+};
+
 struct NewtonSettings {
     double tolerance = 1e-6;  // tip error relative to the limb's length
     int max_iterations = 60;
@@ -64,6 +70,7 @@ struct EquilibriumRoom {
     std::vector<rod::Chain> chains_;
     std::vector<std::vector<rod::ExactElement>> exact_;
     std::vector<std::vector<rod::EndState>> ends_, ends_after_;
+    std::vector<std::vector<rod::EndSlope>> end_slopes_;
     rod::Batch batch_;
     Balance balance_;
     solve::BlockTridiagonal symmetric_;  // for counting
@@ -103,6 +110,8 @@ public:
     /// each plate's origin. Valid after a converged solve.
     const Balance& balance() const { return balance_; }
 
+    /// Moves of the tip when the section and rest length of each rod in turn change at the given rates.
+    void respond_to_rods(const Shape& shape, const std::vector<RodSlope>& slopes, std::vector<Vector6>& tip_moves);
     /// Condensed stiffness of the plates at the last solution, dense, on the free freedoms (held ones: identity rows).
     Eigen::MatrixXd dense_stiffness() const;
     /// Wrench that the ground exerts on the limb about the base origin, and the reaction of the hold on each plate.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "softlimb/actuator/tube.hpp"
+#include "softlimb/limb/equilibrium.hpp"
 #include "softlimb/limb/scene.hpp"
 #include "softlimb/solve/status.hpp"
 
@@ -41,6 +42,10 @@ public:
     /// are solved once. Allocates nothing.
     Refusal at_pressures(const double* pressures, actuator::SectionModel model, actuator::Valve valve,
                          std::vector<limb::RodAtPressure>& rods) const;
+    /// How sections and rest lengths change with their actuator's pressure, [.]/Pa; zero for rods. Equal tubes at one
+    /// pressure are differentiated once.
+    std::vector<limb::RodSlope> slopes_at(const double* pressures, actuator::SectionModel model,
+                                          actuator::Valve valve) const;
     /// Rods that actuators are, in the actuators' order.
     std::vector<int> driven() const;
     /// What a refusal means, in words.
