@@ -37,6 +37,7 @@ PYTHON_ORDER = [
     ["scenes"],
     ["rows"],
     ["payload", "sweep"],
+    ["sense"],
     ["measured"],
     ["plot"],
     ["bench"],
@@ -54,6 +55,7 @@ DOORS = {
     ("tube", "limb"),  # Tube.rod
     ("limb", "scenes"),  # Limb.from_toml, Limb.to_toml
     ("limb", "payload"),  # Limb.payload
+    ("limb", "sense"),  # Limb.sense
     ("limb", "sweep"),  # Limb.sweep
     ("scenes", "sweep"),  # Scene.sweep
     ("materials", "plot"),  # the picture of a fit

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from softlimb.payload import Payload
     from softlimb.posture import Posture, RodPosture, Verification
     from softlimb.scenes import Scene, load_scene
+    from softlimb.sense import Sensed
     from softlimb.sweep import Batch
     from softlimb.tube import Fibres, Layer, Tube, TubeState
 
@@ -40,6 +41,7 @@ __all__ = [
     "Scene",
     "Section",
     "Segment",
+    "Sensed",
     "Tube",
     "TubeState",
     "Verification",
@@ -63,6 +65,7 @@ _HOME = {
     "payload": ("Payload",),
     "posture": ("Posture", "RodPosture", "Verification"),
     "scenes": ("Scene", "load_scene"),
+    "sense": ("Sensed",),
     "sweep": ("Batch",),
     "tube": ("Fibres", "Layer", "Tube", "TubeState"),
 }
