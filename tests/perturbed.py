@@ -140,7 +140,8 @@ def difference(a: Any, b: Any) -> np.ndarray:
 
 def joints(posture: sl.Posture, n: int) -> list[tuple[int, int]]:
     """Which points of the centreline stand on which rods and plates: where one passes a joint there is a corner."""
-    return [(part.number, int(k)) for part in posture._centreline_parts(n)[1] for k in part.inside]
+    parts = posture._centreline_parts(np.linspace(0.0, 1.0, n))[1]
+    return [(part.number, int(k)) for part in parts for k in part.inside]
 
 
 def extrapolated(quotients: list[np.ndarray]) -> np.ndarray:

@@ -37,6 +37,7 @@ PYTHON_ORDER = [
     ["scenes"],
     ["rows"],
     ["payload", "reach", "sweep"],
+    ["sense"],
     ["measured"],
     ["plot"],
     ["bench"],
@@ -56,6 +57,7 @@ DOORS = {
     ("limb", "scenes"),  # Limb.from_toml, Limb.to_toml
     ("limb", "payload"),  # Limb.payload
     ("limb", "reach"),  # Limb.reach
+    ("limb", "sense"),  # Limb.sense
     ("limb", "sweep"),  # Limb.sweep
     ("scenes", "sweep"),  # Scene.sweep
     ("materials", "plot"),  # the picture of a fit

@@ -126,11 +126,25 @@ void bind_derivatives(py::module_& m) {
         py::arg("posture"), py::arg("parameters"), py::arg("made"), "Its derivatives, (columns,).");
     py::class_<Derivatives, std::shared_ptr<Derivatives>>(
         m, "Derivatives", "A posture, linearised. `made` is (members, pressures, section model, valve).")
-        .def(py::init([](const std::shared_ptr<Posture>& posture, double tolerance) {
-                 return std::make_shared<Derivatives>(posture, tolerance);
-             }),
-             py::arg("posture"), py::arg("tolerance"))
         .def("compliance", [](const Derivatives& d) { return matrix_array(d.compliance()); })
+        .def(
+            "tip_by_pressures",
+            [](Derivatives& d, const Made& made) {
+                const auto& [members, pressures, model, valve] = made;
+                if (pressures.size() != members->actuators())
+                    throw std::invalid_argument("one pressure an actuator is needed");
+                const std::vector<Vector6> by_rod = d.tip_by_rods(
+                    members->slopes_at(pressures.data(), section_model(model), valve_of(valve)));
+                Array jacobian({6, members->actuators()});
+                auto out = jacobian.mutable_unchecked<2>();
+                int column = 0;
+                for (const int rod : members->driven()) {
+                    for (int k = 0; k < 6; ++k) out(k, column) = by_rod[rod](k);
+                    ++column;
+                }
+                return jacobian;
+            },
+            py::arg("made"), "Tip (dp, dtheta) by each pressure, (6, actuators).")
         .def("plate_stiffness", [](const Derivatives& d) { return matrix_array(d.plate_stiffness()); })
         .def(
             "forward",
@@ -154,6 +168,12 @@ void bind_derivatives(py::module_& m) {
             },
             py::arg("weights"), py::arg("parameters"), py::arg("made"), py::arg("rods"), py::arg("fractions"),
             "Rows of weights times what `forward` gives, without forming it.");
+    m.def(
+        "linearised",
+        [](const std::shared_ptr<Posture>& posture, double tolerance) {
+            return std::make_shared<Derivatives>(posture, tolerance);
+        },
+        py::arg("posture"), py::arg("tolerance"), "RuntimeError at a fold.");
 }
 
 }  // namespace softlimb::bindings

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from softlimb.posture import Posture, RodPosture, Verification
     from softlimb.reach import Reach
     from softlimb.scenes import Scene, load_scene
+    from softlimb.sense import Sensed
     from softlimb.sweep import Batch
     from softlimb.tube import Fibres, Layer, Tube, TubeState
 
@@ -42,6 +43,7 @@ __all__ = [
     "Scene",
     "Section",
     "Segment",
+    "Sensed",
     "Tube",
     "TubeState",
     "Verification",
@@ -66,6 +68,7 @@ _HOME = {
     "posture": ("Posture", "RodPosture", "Verification"),
     "reach": ("Reach",),
     "scenes": ("Scene", "load_scene"),
+    "sense": ("Sensed",),
     "sweep": ("Batch",),
     "tube": ("Fibres", "Layer", "Tube", "TubeState"),
 }

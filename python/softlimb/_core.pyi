@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['CHUNK_ROWS', 'Derivatives', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'Parameters', 'PlainSolver', 'Posture', 'Reached', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'law_coefficients', 'plain_reach', 'potential_energy', 'potential_energy_slopes', 'reach', 'rest_length_slopes', 'rod_end', 'status_names', 'sweep_rows', 'thread_geometry', 'use_instruction_set', 'yardstick']
+__all__: list[str] = ['CHUNK_ROWS', 'Derivatives', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'Parameters', 'PlainSolver', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'law_coefficients', 'linearised', 'potential_energy', 'potential_energy_slopes', 'rest_length_slopes', 'rod_end', 'status_names', 'sweep_rows', 'thread_geometry', 'use_instruction_set', 'yardstick']
 class Section:
     """
     Stiffness of a rod's cross-section, per rest length, SI.
@@ -2290,10 +2290,6 @@ class PlainSolver:
     """
     def __init__(self, geometry: Geometry, members: Members, actuators_of_segments: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> None:
         ...
-    def loads(self, gravity: typing.Any, tip_force: typing.Any, tip_moment: typing.Any, frame: typing.Any) -> Scene | None:
-        """
-        A scene with these loads and neither sections nor lengths; None where one is not plain.
-        """
     def solve(self, pressures: typing.Any, gravity: typing.Any, tip_force: typing.Any, tip_moment: typing.Any, frame: typing.Any, tolerance: typing.Any, start: typing.Any, prefer_stable: typing.Any, section: typing.Any, valve: typing.Any) -> Posture | None:
         """
         Arguments of Limb.solve, positional, `start` a core Posture or None. None where one is not plain or has
@@ -2311,8 +2307,6 @@ class Derivatives:
     """
     A posture, linearised. `made` is (members, pressures, section model, valve).
     """
-    def __init__(self, posture: Posture, tolerance: typing.SupportsFloat | typing.SupportsIndex) -> None:
-        ...
     def adjoint(self, weights: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], parameters: Parameters, made: tuple[Members, typing.Annotated[numpy.typing.ArrayLike, numpy.float64], str, str], rods: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], fractions: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> numpy.typing.NDArray[numpy.float64]:
         """
         Rows of weights times what `forward` gives, without forming it.
@@ -2325,6 +2319,10 @@ class Derivatives:
         """
     def plate_stiffness(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
+    def tip_by_pressures(self, made: tuple[Members, typing.Annotated[numpy.typing.ArrayLike, numpy.float64], str, str]) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Tip (dp, dtheta) by each pressure, (6, actuators).
+        """
 class FollowedPath:
     """
     Equilibria along one parameter.
@@ -2352,48 +2350,6 @@ class FollowedPath:
         ...
     @property
     def parameters(self) -> list[float]:
-        ...
-class Reached:
-    """
-    Pressures for a target, and their posture.
-    """
-    @property
-    def another_from_nothing(self) -> bool:
-        ...
-    @property
-    def gap(self) -> numpy.typing.NDArray[numpy.float64]:
-        """
-        Tip minus target [m], rotation vector from the target to the tip [rad], shape (6,).
-        """
-    @property
-    def iterations(self) -> int:
-        ...
-    @property
-    def least(self) -> bool:
-        ...
-    @property
-    def lower(self) -> numpy.typing.NDArray[numpy.float64]:
-        ...
-    @property
-    def posture(self) -> Posture:
-        ...
-    @property
-    def reached(self) -> bool:
-        ...
-    @property
-    def starts(self) -> int:
-        ...
-    @property
-    def status(self) -> str:
-        ...
-    @property
-    def target(self) -> numpy.typing.NDArray[numpy.float64]:
-        ...
-    @property
-    def upper(self) -> numpy.typing.NDArray[numpy.float64]:
-        ...
-    @property
-    def weights(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
 def axial_strain(section: Section, force: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float]:
     """
@@ -2427,10 +2383,9 @@ def law_coefficients(law: NeoHookean | Yeoh | MooneyRivlin | Ogden | Gent) -> li
     """
     Names of all coefficients of a law.
     """
-def plain_reach(geometry: Geometry, members: Members, scene: Scene, position: typing.Any, pose: typing.Any, max_pressure: typing.Any, tolerance: typing.Any, section: typing.Any, valve: typing.Any, start: typing.Any) -> Reached | None:
+def linearised(posture: Posture, tolerance: typing.SupportsFloat | typing.SupportsIndex) -> Derivatives:
     """
-    Arguments of Limb.reach as they come, `start` a core Posture, Reached or None. None where one is not plain or
-    not right: it is then for Python to say what is wrong.
+    RuntimeError at a fold.
     """
 def potential_energy(posture: Posture) -> float:
     """
@@ -2439,11 +2394,6 @@ def potential_energy(posture: Posture) -> float:
 def potential_energy_slopes(posture: Posture, parameters: Parameters, made: tuple[Members, typing.Annotated[numpy.typing.ArrayLike, numpy.float64], str, str]) -> numpy.typing.NDArray[numpy.float64]:
     """
     Its derivatives, (columns,).
-    """
-def reach(geometry: Geometry, members: Members, scene: Scene, *, target: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], weights: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], lower: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], upper: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], preferred: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], tolerance: typing.SupportsFloat | typing.SupportsIndex, section: str, valve: str, start: Posture | None, start_pressures: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None, learned: Reached | None) -> Reached:
-    """
-    Pressures within bounds (one number an actuator [Pa]) that put the tip on the target pose (4, 4), errors
-    counted by six weights; of the scene only loads and holds count.
     """
 def rest_length_slopes(posture: Posture, parameters: Parameters, made: tuple[Members, typing.Annotated[numpy.typing.ArrayLike, numpy.float64], str, str]) -> numpy.typing.NDArray[numpy.float64]:
     """

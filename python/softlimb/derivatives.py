@@ -356,21 +356,21 @@ class _Answers(NamedTuple):
     energy: Array | None  # (rows,): shares of the energy
 
 
-def _labels(plates: int, of: Sequence[str], n: int) -> Iterator[tuple[str, str]]:
+def _labels(plates: int, of: Sequence[str], points: int) -> Iterator[tuple[str, str]]:
     for name in of:
         if name == "energy":
             yield "energy", "J"
         elif name == "centreline":
-            yield from ((f"centreline[{k}].{along}", "m") for k in range(n) for along in _XYZ)
+            yield from ((f"centreline[{k}].{along}", "m") for k in range(points) for along in _XYZ)
         elif name == "tip":
             yield from ((f"tip.{along}", unit) for along, unit in _POSE)
         else:
             yield from ((f"plates[{j}].{along}", unit) for j in range(plates) for along, unit in _POSE)
 
 
-def _answers(posture: Posture, of: Sequence[str], n: int) -> _Answers:
-    plates = len(posture.limb.segments)
-    line = posture._centreline_places(n) if "centreline" in of else None
+def _answers(posture: Posture, of: Sequence[str], shares: Array) -> _Answers:
+    plates, n = len(posture.limb.segments), len(shares)
+    line = posture._centreline_places(shares) if "centreline" in of else None
     points = 0 if line is None else len(line.rods)
     counts = {"tip": 6, "plates": 6 * plates, "centreline": 3 * n, "energy": 1}
     rows = sum(counts[name] for name in of)
@@ -425,10 +425,13 @@ def _matrix(posture: Posture, answers: _Answers, to: _Made) -> Array:
 
 def tip_by_pressures(posture: Posture) -> Array:
     """As `Posture.jacobian`."""
-    return _matrix(posture, _answers(posture, ("tip",), 2), columns(posture.limb, "pressures", "segment"))
+    found: Array = posture._linear.tip_by_pressures(_made(posture))
+    return found
 
 
-def derivative(posture: Posture, of: str | Sequence[str], to: str | Sequence[str], each: Each, n: int) -> Derivative:
+def derivative(
+    posture: Posture, of: str | Sequence[str], to: str | Sequence[str], each: Each, shares: Array
+) -> Derivative:
     """As `Posture.derivative`."""
     asked = (of,) if isinstance(of, str) else tuple(of)
     for name in asked:
@@ -436,8 +439,8 @@ def derivative(posture: Posture, of: str | Sequence[str], to: str | Sequence[str
     if not asked or len(set(asked)) != len(asked):
         raise ValueError(f"of must name each answer once, and at least one, got {asked}")
     made = columns(posture.limb, to, each)
-    matrix = _matrix(posture, _answers(posture, asked, n), made)
-    rows, units = zip(*_labels(len(posture.limb.segments), asked, n), strict=True)
+    matrix = _matrix(posture, _answers(posture, asked, shares), made)
+    rows, units = zip(*_labels(len(posture.limb.segments), asked, len(shares)), strict=True)
     of_columns = made.labels
     return Derivative(
         of_columns.columns, of_columns.column_units, of_columns.column_names, matrix, rows, units
@@ -468,7 +471,7 @@ def gradient(
     if not weights:
         raise ValueError("a gradient needs weights: give tip, plates, centreline or energy")
     made = columns(posture.limb, to, each)
-    answers = _answers(posture, tuple(weights), n)
+    answers = _answers(posture, tuple(weights), np.linspace(0.0, 1.0, n))
     row = np.concatenate([weight.ravel() for weight in weights.values()])
     one = _Answers(
         (row @ answers.weights)[None],

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
     from softlimb.payload import Payload
     from softlimb.reach import Reach
+    from softlimb.sense import Sensed
     from softlimb.sweep import Batch
 
 __all__ = ["Limb", "Plate", "Posture", "Rod", "RodPosture", "Segment", "Verification"]
@@ -795,6 +796,85 @@ class Limb:
             min_pressure=min_pressure,
             weights=weights,
             prefer=prefer,
+            tolerance=tolerance,
+            start=start,
+            **scene,
+        )
+
+    def sense(
+        self,
+        pressures: ArrayLike | Sequence[ArrayLike] | None = None,
+        *,
+        tip_pose: ArrayLike | None = None,
+        covariance: ArrayLike | None = None,
+        points: ArrayLike | None = None,
+        at: ArrayLike | None = None,
+        points_covariance: ArrayLike | None = None,
+        unknown: Literal["wrench", "force"] = "wrench",
+        largest_force: float | None = None,
+        tolerance: float = 1e-9,
+        start: Posture | None = None,
+        **scene: Any,
+    ) -> Sensed:
+        """The wrench on the tip that explains a measured pose of the tip, measured points of the centreline, or both.
+
+        Parameters
+        ----------
+        pressures : array_like
+            As for `solve`.
+        tip_pose : array_like, shape (4, 4), optional
+            Measured pose of the tip.
+        covariance : array_like, shape (6, 6), optional
+            Of its position and rotation vector (the turn from the true to the measured orientation), base axes
+            [m^2, m rad, rad^2]; with ``tip_pose``.
+        points, at : array_like, shape (m, 3) and (m,), optional
+            Measured points [m], and their shares of the centreline as `Posture.centreline` takes them.
+        points_covariance : array_like, shape (3, 3), (m, 3, 3) or (3m, 3m), optional
+            Of every point, of each point, or of all [m^2]; with ``points``.
+        unknown : {"wrench", "force"}
+            What acts on the tip: force and moment, or a force alone.
+        largest_force : float, optional
+            How large a force may be expected [N]; a moment: times the limb's length. It decides which directions count
+            as seen (see `Sensed.unseen`) and nothing else. Default: what would bend the limb by its own length, were it
+            linear.
+        tolerance : float
+            As for `solve`.
+        start : Posture, optional
+            Where to start. Default: the stable posture without the wrench.
+        **scene
+            The arguments of `solve` for everything else; what is sensed adds to ``tip_force`` and ``tip_moment``.
+
+        Returns
+        -------
+        Sensed
+            ``wrench``, its ``covariance``, the ``unseen`` directions, ``posture``, ``chi_square``, ``success``. Every
+            posture on the way is stable; a measurement that no wrench explains has a large ``chi_square``.
+
+        Raises
+        ------
+        ValueError
+            Nothing was measured, a covariance is missing, not symmetric or not positive definite, a pose is not rigid,
+            a number is not finite, a share is not within 0 and 1, or an argument is one that `solve` refuses.
+        TypeError
+            A hold or ``prefer_stable`` was given.
+
+        Notes
+        -----
+        Gauss-Newton on the residual in standard deviations, with the exact derivatives and Levenberg's damping;
+        MECHANICS, "Sensed force".
+        """
+        from softlimb.sense import sense
+
+        return sense(
+            self,
+            pressures,
+            tip_pose=tip_pose,
+            covariance=covariance,
+            points=points,
+            at=at,
+            points_covariance=points_covariance,
+            unknown=unknown,
+            largest_force=largest_force,
             tolerance=tolerance,
             start=start,
             **scene,

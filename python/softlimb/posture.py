@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from softlimb import _core
 from softlimb._core import Section
-from softlimb.arguments import shown
+from softlimb.arguments import finite_array, shown
 from softlimb.derivatives import Derivative, Each, Gradient, derivative, gradient, tip_by_pressures
 from softlimb.tube import SectionModel, Valve
 
@@ -218,6 +218,17 @@ def _points(n: int) -> int:
     return int(n)
 
 
+def _shares(n: int, at: ArrayLike | None) -> Array:
+    if at is None:
+        return np.linspace(0.0, 1.0, _points(n))
+    shares = finite_array("at", at)
+    if shares.ndim != 1 or not shares.size:
+        raise ValueError(f"at must be a list of shares of the centreline, got shape {shares.shape}")
+    if (shares < 0.0).any() or (shares > 1.0).any():
+        raise ValueError(f"at must be shares of the centreline, within 0 and 1, got {shares.tolist()}")
+    return shares
+
+
 class Posture:
     """A static posture: poses, internal wrenches, outcome, stability, and answers computed when asked for.
 
@@ -383,13 +394,15 @@ class Posture:
             rods.append(tuple(row))
         return tuple(rods)
 
-    def centreline(self, n: int = _CURVE_POINTS) -> Array:
+    def centreline(self, n: int = _CURVE_POINTS, *, at: ArrayLike | None = None) -> Array:
         """The limb's centreline: the mean of a segment's rods at equal fractions, straight through the plates.
 
         Parameters
         ----------
         n : int
             Number of points, spread evenly over the rest lengths and the plates between segments.
+        at : array_like, shape (n,), optional
+            Shares of these lengths, from 0 at the base to 1 at the tip, instead of even ones.
 
         Returns
         -------
@@ -399,11 +412,11 @@ class Posture:
         Raises
         ------
         ValueError
-            ``n`` is below 2.
+            ``n`` is below 2, or a share is not within 0 and 1.
         """
-        count = _points(n)
-        points = np.empty((count, 3))
-        for part in self._centreline_parts(count)[1]:
+        shares = _shares(n, at)
+        points = np.empty((len(shares), 3))
+        for part in self._centreline_parts(shares)[1]:
             ends = [self._positions(j, fractions) for j, fractions in part.ends]
             points[part.inside] = ends[0] if len(ends) == 1 else ends[0] + part.share[:, None] * (ends[1] - ends[0])
         return points
@@ -414,7 +427,7 @@ class Posture:
         mean: Array = np.mean([self._solved.rod(rod._flat, fractions)[0][:, :3, 3] for rod in row], axis=0)
         return mean
 
-    def _centreline_parts(self, count: int) -> tuple[Array, list[_CentrelinePart]]:
+    def _centreline_parts(self, shares: Array) -> tuple[Array, list[_CentrelinePart]]:
         """Where rods and plates begin and end along the centreline [m], and which of its points are on which."""
         segments = self.limb.segments
         bounds = [0.0]
@@ -422,7 +435,7 @@ class Posture:
             bounds.append(bounds[-1] + float(np.mean([rod.length for rod in row])))
             if j + 1 < len(segments):
                 bounds.append(bounds[-1] + segments[j].plate.thickness)
-        path = np.linspace(0.0, bounds[-1], count)
+        path = shares * bounds[-1]
         parts = []
         for k, (start, end) in enumerate(pairwise(bounds)):
             if k % 2 == 0:
@@ -437,19 +450,17 @@ class Posture:
             parts.append(_CentrelinePart(k, inside, share, ends))
         return np.array(bounds), parts
 
-    def _centreline_places(self, n: int) -> _CentrelinePlaces:
+    def _centreline_places(self, shares: Array) -> _CentrelinePlaces:
         """The centreline's points as combinations of points of rods, and how they slide as rods and plates lengthen."""
-        count = _points(n)
-        bounds, parts = self._centreline_parts(count)
-        share_of_whole = np.linspace(0.0, 1.0, count)
-        tangent, by_bounds = np.zeros((count, 3)), np.zeros((count, 2 * len(self.limb.segments)))
+        bounds, parts = self._centreline_parts(shares)
+        tangent, by_bounds = np.zeros((len(shares), 3)), np.zeros((len(shares), 2 * len(self.limb.segments)))
         placed: dict[int, list[tuple[int, float, float]]] = {}
         for part in parts:
             along = bounds[part.number + 1] - bounds[part.number]
             for point, share in zip(part.inside.tolist(), part.share.tolist(), strict=True):
-                # share = (share_of_whole total - start) / (end - start)
+                # share = (share of the whole * whole - start) / (end - start)
                 by_bounds[point] = 0.0
-                by_bounds[point, len(bounds) - 2] = share_of_whole[point] / along
+                by_bounds[point, len(bounds) - 2] = shares[point] / along
                 by_bounds[point, part.number] -= share / along
                 if part.number > 0:
                     by_bounds[point, part.number - 1] -= (1.0 - share) / along
@@ -515,7 +526,7 @@ class Posture:
     @cached_property
     def _linear(self) -> _core.Derivatives:
         """The balance, linearised once for compliance, stiffness and all derivatives."""
-        return _core.Derivatives(self._solved, self.tolerance)
+        return _core.linearised(self._solved, self.tolerance)
 
     def derivative(
         self,
@@ -524,6 +535,7 @@ class Posture:
         *,
         each: Each = "segment",
         n: int = _CURVE_POINTS,
+        at: ArrayLike | None = None,
     ) -> Derivative:
         """Exact derivatives of the posture to pressures, loads, and everything that the limb is made of.
 
@@ -541,8 +553,8 @@ class Posture:
             ``length`` and ``section``. Sets of names: `softlimb.derivatives.LOADS` and ``DESIGN``.
         each : {"segment", "actuator", "limb"}
             One column for each segment, whose tubes change together; for each tube; or for the whole limb.
-        n : int
-            Points of the centreline.
+        n, at
+            Points of the centreline, as `centreline` takes them.
 
         Returns
         -------
@@ -563,7 +575,7 @@ class Posture:
         posture: for digits beyond its tolerance solve it to a finer one.
         """
         self._require_success("a derivative")
-        return derivative(self, of, to, each, n)
+        return derivative(self, of, to, each, _shares(n, at))
 
     def gradient(
         self,

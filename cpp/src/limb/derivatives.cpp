@@ -189,6 +189,12 @@ MatrixXd Derivatives::plate_stiffness() const {
     return dense;
 }
 
+std::vector<Vector6> Derivatives::tip_by_rods(const std::vector<RodSlope>& slopes) {
+    std::vector<Vector6> moves;
+    equilibrium_.respond_to_rods(shape_, slopes, moves);
+    return moves;
+}
+
 Derivatives::PieceRates Derivatives::piece_rates(const std::vector<SceneRate>& rates,
                                                  const std::vector<MaterialPoint>& points) const {
     const Scene& scene = posture_->scene;

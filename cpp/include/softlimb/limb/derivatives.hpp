@@ -94,6 +94,9 @@ public:
     /// held freedoms are zero.
     Eigen::MatrixXd plate_stiffness() const;
 
+    /// Tip (dp, dtheta) by a parameter of each rod in turn: what `forward` gives, one column a piece and no more.
+    std::vector<Vector6> tip_by_rods(const std::vector<RodSlope>& slopes);
+
     /// Answers by parameters, (6 plates + 3 points) x rates.
     Eigen::MatrixXd forward(const std::vector<SceneRate>& rates, const std::vector<MaterialPoint>& points) const;
     /// Combinations of the answers, the rows of `weights`, by parameters: weights times `forward`.

@@ -6,6 +6,7 @@
 
 #include "softlimb/actuator/tube.hpp"
 #include "softlimb/limb/equilibrium.hpp"
+#include "softlimb/limb/scene.hpp"
 #include "softlimb/solve/status.hpp"
 
 namespace softlimb::sweep {
