@@ -223,8 +223,8 @@ Derivatives::PieceRates Derivatives::piece_rates(const std::vector<SceneRate>& r
         out.share[i] = MatrixXd::Zero(static_cast<Eigen::Index>(chosen.size()), count);
         for (std::size_t d = 0; d < chosen.size(); ++d) {
             const Section& section = scene.rods[i].section;
-            directions[i].emplace_back(section, by_rate ? VectorXd(x.col(chosen[d]))
-                                                        : VectorXd(VectorXd::Unit(x.rows(), chosen[d])));
+            directions[i].emplace_back(
+                section, by_rate ? VectorXd(x.col(chosen[d])) : VectorXd(VectorXd::Unit(x.rows(), chosen[d])));
             const auto row = static_cast<Eigen::Index>(d);
             if (by_rate)
                 out.share[i](row, chosen[d]) = 1.0;
@@ -356,7 +356,8 @@ MatrixXd Derivatives::forward(const std::vector<SceneRate>& rates, const std::ve
     const int plates = geometry.plates(), rods = static_cast<int>(shape_.rods.size());
     const PieceRates pieces = piece_rates(rates, points);
     const std::vector<PointRows> rows = point_rows(points);
-    MatrixXd answers(6 * plates + 3 * static_cast<Eigen::Index>(points.size()), static_cast<Eigen::Index>(rates.size()));
+    MatrixXd answers(6 * plates + 3 * static_cast<Eigen::Index>(points.size()),
+                     static_cast<Eigen::Index>(rates.size()));
     Moves moves;
     moves.set_zero(geometry, shape_);
     Load load;
@@ -398,9 +399,8 @@ MatrixXd Derivatives::forward(const std::vector<SceneRate>& rates, const std::ve
             nodes.front() += load.ends[i].head<6>(), nodes.back() += load.ends[i].tail<6>();
             for (int e = 0; e < chain.elements(); ++e) {
                 const Matrix12& k = chain.element(e).stiffness;
-                moves.wrenches[i][e] =
-                    k.topRightCorner<6, 6>() * (slopes[i].segment<6>(12 * e) - nodes[e + 1]) -
-                    k.topLeftCorner<6, 6>() * nodes[e];
+                moves.wrenches[i][e] = k.topRightCorner<6, 6>() * (slopes[i].segment<6>(12 * e) - nodes[e + 1]) -
+                                       k.topLeftCorner<6, 6>() * nodes[e];
             }
         }
         for (std::size_t p = 0; p < rows.size(); ++p) {
@@ -449,8 +449,7 @@ Derivatives::Multipliers Derivatives::multipliers(const VectorXd& weights, const
         if (last > 1) {
             systems[i].solve(interior[i]);
             six(x, 0) -= chain.element(0).stiffness.bottomLeftCorner<6, 6>().transpose() * interior[i].front();
-            six(x, last) -=
-                chain.element(last - 1).stiffness.topRightCorner<6, 6>().transpose() * interior[i].back();
+            six(x, last) -= chain.element(last - 1).stiffness.topRightCorner<6, 6>().transpose() * interior[i].back();
         }
         at_ends[i] << six(x, 0), six(x, last);
     }

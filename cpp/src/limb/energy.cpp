@@ -1,6 +1,7 @@
 #include "softlimb/limb/energy.hpp"
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 
 #include "softlimb/gauss.hpp"
@@ -11,15 +12,16 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// Complementary energy of the axial law, the integral of the strain over the force from zero to n3, and its derivatives
-/// to the coefficients of the law.
+/// Complementary energy of the axial law, the integral of the strain over the force from zero to n3, and its
+/// derivatives to the coefficients of the law.
 struct AxialEnergy {
     double value = 0.0;
     std::array<double, AxialLaw::max_degree + 1> by_coefficient{};
 };
 
 AxialEnergy axial_energy(const AxialLaw& law, double n3) {
-    // Eight points are exact inside the law's range, where the strain has degree 13 at most, and for the parabola outside.
+    // Eight points are exact inside the law's range, where the strain has degree 13 at most, and for the parabola
+    // outside.
     static const GaussRule rule = gauss_rule(8);
     AxialEnergy energy;
     const auto add = [&](double from, double to) {
@@ -111,7 +113,8 @@ Vector3 centre_of(const Posture& posture, int j) {
 void require_potential(bool has_one) {
     if (!has_one)
         throw std::runtime_error(
-            "the loads have no potential (a moment on a plate that may turn, a following wrench, a moment along a rod): "
+            "the loads have no potential (a moment on a plate that may turn, a following wrench, a moment along a "
+            "rod): "
             "no energy");
 }
 
