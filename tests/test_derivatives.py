@@ -221,6 +221,19 @@ def test_rods_given_directly_have_their_section_differentiated() -> None:
         assert_allclose(exact[label], expected, rtol=0.0, atol=1e-7 * np.linalg.norm(expected))
 
 
+def test_points_of_the_centreline_stand_where_they_are_asked_for(posture: sl.Posture) -> None:
+    shares = np.linspace(0.0, 1.0, 7)
+    assert_allclose(posture.centreline(at=shares), posture.centreline(7), rtol=0.0, atol=1e-15)
+    few = posture.derivative("centreline", "pressures", at=shares[[1, 4]])
+    every = posture.derivative("centreline", "pressures", n=7).matrix.reshape(7, 3, 9)
+    assert few.rows == tuple(f"centreline[{k}].{along}" for k in range(2) for along in "xyz")
+    scale = np.abs(every).max()
+    assert_allclose(few.matrix.reshape(2, 3, 9), every[[1, 4]], rtol=0.0, atol=1e-12 * scale)
+    for wrong in ([-0.1], [1.1], [np.nan], 0.5, []):
+        with pytest.raises(ValueError, match="at must be"):
+            posture.centreline(at=wrong)
+
+
 # Energy
 
 

@@ -119,8 +119,7 @@ void bind_derivatives(py::module_& m) {
     m.def(
         "potential_energy_slopes",
         [](const Posture& posture, const Parameters& parameters, const Made& made) {
-            const std::vector<double> slopes =
-                limb::potential_energy_slopes(posture, rates(posture, parameters, made));
+            const std::vector<double> slopes = limb::potential_energy_slopes(posture, rates(posture, parameters, made));
             return Array(static_cast<py::ssize_t>(slopes.size()), slopes.data());
         },
         py::arg("posture"), py::arg("parameters"), py::arg("made"), "Its derivatives, (columns,).");
@@ -133,8 +132,8 @@ void bind_derivatives(py::module_& m) {
                 const auto& [members, pressures, model, valve] = made;
                 if (pressures.size() != members->actuators())
                     throw std::invalid_argument("one pressure an actuator is needed");
-                const std::vector<Vector6> by_rod = d.tip_by_rods(
-                    members->slopes_at(pressures.data(), section_model(model), valve_of(valve)));
+                const std::vector<Vector6> by_rod =
+                    d.tip_by_rods(members->slopes_at(pressures.data(), section_model(model), valve_of(valve)));
                 Array jacobian({6, members->actuators()});
                 auto out = jacobian.mutable_unchecked<2>();
                 int column = 0;
@@ -150,8 +149,8 @@ void bind_derivatives(py::module_& m) {
             "forward",
             [](const Derivatives& d, const Parameters& parameters, const Made& made, const std::vector<int>& rods,
                const std::vector<double>& fractions) {
-                return matrix_array(d.forward(rates(d.posture(), parameters, made),
-                                              points_of(d.posture(), rods, fractions)));
+                return matrix_array(
+                    d.forward(rates(d.posture(), parameters, made), points_of(d.posture(), rods, fractions)));
             },
             py::arg("parameters"), py::arg("made"), py::arg("rods"), py::arg("fractions"),
             "(dp, dtheta) of all plates, then positions of points on rods, by each column.")
@@ -163,8 +162,8 @@ void bind_derivatives(py::module_& m) {
                 const Eigen::MatrixXd w =
                     Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
                         weights.data(), weights.shape(0), weights.shape(1));
-                return matrix_array(d.adjoint(w, rates(d.posture(), parameters, made),
-                                              points_of(d.posture(), rods, fractions)));
+                return matrix_array(
+                    d.adjoint(w, rates(d.posture(), parameters, made), points_of(d.posture(), rods, fractions)));
             },
             py::arg("weights"), py::arg("parameters"), py::arg("made"), py::arg("rods"), py::arg("fractions"),
             "Rows of weights times what `forward` gives, without forming it.");

@@ -422,7 +422,8 @@ ValueError
                 return std::pair{slopes[0].rest_length, slopes[0].section};
             },
             py::arg("pressure"), py::arg("model"), py::arg("valve"), py::arg("parameter"), py::arg("layer"),
-            py::arg("number"), py::arg("twin"), "Derivative of rest length and section to one number of the tube, for tests.")
+            py::arg("number"), py::arg("twin"),
+            "Derivative of rest length and section to one number of the tube, for tests.")
         .def(
             "_energy",
             [](const Tube& tube, double stretch, double volume, double twist) {

@@ -1,7 +1,6 @@
-#include "softlimb/limb/derivatives.hpp"
-
 #include "check.hpp"
 #include "examples.hpp"
+#include "softlimb/limb/derivatives.hpp"
 #include "softlimb/limb/energy.hpp"
 #include "softlimb/sweep/parameters.hpp"
 
@@ -52,8 +51,8 @@ sweep::Parameters some_parameters() {
 }
 
 std::vector<SceneRate> rates(const Posture& posture) {
-    return sweep::rates_of(some_parameters(), members(), posture.scene, complex_pressures.data(),
-                           SectionModel::tangent, Valve::open);
+    return sweep::rates_of(some_parameters(), members(), posture.scene, complex_pressures.data(), SectionModel::tangent,
+                           Valve::open);
 }
 
 }  // namespace
@@ -82,7 +81,8 @@ CLAIM(compliance_and_stiffness_are_slopes_of_the_answer) {
 CLAIM(pressures_move_the_plates_as_solves_do) {
     const auto posture = complex_posture_solved();
     sweep::Parameters pressures;
-    for (int i = 0; i < 9; ++i) pressures.list.push_back({.place = i, .tube = {TubeParameter::Kind::pressure}, .column = i});
+    for (int i = 0; i < 9; ++i)
+        pressures.list.push_back({.place = i, .tube = {TubeParameter::Kind::pressure}, .column = i});
     pressures.columns = 9;
     const MatrixXd found = Derivatives(posture, exact.tolerance)
                                .forward(sweep::rates_of(pressures, members(), posture->scene, complex_pressures.data(),
@@ -95,7 +95,8 @@ CLAIM(pressures_move_the_plates_as_solves_do) {
             changed[i] += change;
             Scene other = reference().scene(changed);
             other.gravity = hanging;
-            return posture_of(reference().geometry, other, exact, &posture->solution.shape).solution.shape.plates.back();
+            return posture_of(reference().geometry, other, exact, &posture->solution.shape)
+                .solution.shape.plates.back();
         };
         const Vector6 slope = rod::pose_gap(at(h), at(-h)) / (2.0 * h);
         CHECK_NEAR(Vector6(found.col(i).tail<6>()), slope, 1e-5 * slope.norm());

@@ -61,9 +61,7 @@ double Layer::shear_modulus() const {
 
 double Layer::area() const { return std::numbers::pi * (outer * outer - inner * inner); }
 
-double Layer::second_moment() const {
-    return 0.25 * std::numbers::pi * (std::pow(outer, 4) - std::pow(inner, 4));
-}
+double Layer::second_moment() const { return 0.25 * std::numbers::pi * (std::pow(outer, 4) - std::pow(inner, 4)); }
 
 double Layer::density() const {
     return std::visit([](const auto& l) { return l.density; }, law);

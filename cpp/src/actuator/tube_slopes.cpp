@@ -2,6 +2,7 @@
 // Source: cpp/MECHANICS.md, "Derivatives".
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "softlimb/actuator/section_values.hpp"
 #include "softlimb/actuator/tube.hpp"
@@ -53,8 +54,8 @@ void Tube::section_slopes(double pressure, SectionModel model, Valve valve,
     const bool vanishing = wall_.tension_only() && std::abs(pressure) < smallest_pressure();
     const Shape<double> q = vanishing ? solve_unloaded(smallest_pressure()).shape : rest.shape;
     // Values and slopes to stretch and volume, at the very shape. Those to the twist only where something twists.
-    const WallEnergy<Dual<2>> third = wall_.energy(
-        Shape<Dual<2>>{Dual<2>::variable(q.stretch, 0), Dual<2>::variable(q.volume, 1), Dual<2>(q.twist)});
+    const WallEnergy<Dual<2>> third =
+        wall_.energy(Shape<Dual<2>>{Dual<2>::variable(q.stretch, 0), Dual<2>::variable(q.volume, 1), Dual<2>(q.twist)});
     std::optional<WallEnergy<double>> by_twist;
     const auto add_along = [&](const Shape<double>& d, WallEnergy<double>& change) {
         change.add(1.0, taken(third, [&](const Dual<2>& x) { return x.slope[0] * d.stretch + x.slope[1] * d.volume; }));
@@ -83,11 +84,11 @@ void Tube::section_slopes(double pressure, SectionModel model, Valve valve,
         Shape<double> d{-change.g_l, d_pressure - change.g_w, free.twist ? -change.g_t : 0.0};
         factor.solve(d.stretch, d.volume, d.twist);
         add_along(d, change);
-        const WallEnergy<Dual<1>> moved{
-            moving(e.value, change.value), moving(e.g_l, change.g_l),   moving(e.g_w, change.g_w),
-            moving(e.g_t, change.g_t),     moving(e.h_ll, change.h_ll), moving(e.h_lw, change.h_lw),
-            moving(e.h_lt, change.h_lt),   moving(e.h_ww, change.h_ww), moving(e.h_wt, change.h_wt),
-            moving(e.h_tt, change.h_tt)};
+        const WallEnergy<Dual<1>> moved{moving(e.value, change.value), moving(e.g_l, change.g_l),
+                                        moving(e.g_w, change.g_w),     moving(e.g_t, change.g_t),
+                                        moving(e.h_ll, change.h_ll),   moving(e.h_lw, change.h_lw),
+                                        moving(e.h_lt, change.h_lt),   moving(e.h_ww, change.h_ww),
+                                        moving(e.h_wt, change.h_wt),   moving(e.h_tt, change.h_tt)};
         const Shape<Dual<1>> shape{moving(q.stretch, d.stretch), moving(q.volume, d.volume), moving(q.twist, d.twist)};
         const SectionConstants<double> dc = constants_slope(parameter);
         const SectionValues<Dual<1>> s = section_values(moving(c, dc), unloaded_state(moved, shape));
@@ -110,8 +111,8 @@ void Tube::section_slopes(double pressure, SectionModel model, Valve valve,
         const double share = c.active / rest_length;
         const double d_share = share * (dc.active / c.active - slopes[i].rest_length / rest_length);
         // The nodes stand at shares of a stiffness, and move with it.
-        const double d_range = out.bending / section.bending + dc.linear_axial / c.linear_axial -
-                               dc.linear_bending / c.linear_bending;
+        const double d_range =
+            out.bending / section.bending + dc.linear_axial / c.linear_axial - dc.linear_bending / c.linear_bending;
         AxialNodes::Values d_value{};
         for (int k = 0; k < nodes.count; ++k) {
             if (k == nodes.rest) {
@@ -127,8 +128,8 @@ void Tube::section_slopes(double pressure, SectionModel model, Valve valve,
                 if (free.twist) t -= there.h_wt * d.volume;
             }
             Factor(there, loaded).solve(l, w, t);
-            d_value[k] = ((l - d.stretch) * share + (nodes.shape[k].stretch - rest.shape.stretch) * d_share) /
-                         nodes.force[k];
+            d_value[k] =
+                ((l - d.stretch) * share + (nodes.shape[k].stretch - rest.shape.stretch) * d_share) / nodes.force[k];
             double along = 1.0, w_along = 0.0, t_along = 0.0;
             Factor(there, loaded).solve(along, w_along, t_along);
             d_value[k] += d_range * (along * share / c.area_scale - nodes.value[k]);
@@ -228,11 +229,13 @@ WallEnergy<double> Tube::energy_slope(const TubeParameter& parameter, const Shap
             });
             break;
         case Kind::fraction:
-            each_family([&](const Fibres& family, double) { d.add(family.modulus, wall_.fibres(layer, family.angle, q)); });
+            each_family(
+                [&](const Fibres& family, double) { d.add(family.modulus, wall_.fibres(layer, family.angle, q)); });
             d.add(-families_in(parameter), wall_.silicone(layer, layers_[layer].law, q));
             break;
         case Kind::modulus:
-            each_family([&](const Fibres& family, double) { d.add(family.fraction, wall_.fibres(layer, family.angle, q)); });
+            each_family(
+                [&](const Fibres& family, double) { d.add(family.fraction, wall_.fibres(layer, family.angle, q)); });
             break;
         case Kind::stiffness:
             each_family([&](const Fibres& family, double) { d.add(1.0, wall_.fibres(layer, family.angle, q)); });

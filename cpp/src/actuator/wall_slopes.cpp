@@ -54,8 +54,8 @@ WallEnergy<double> Wall::fibres(int layer, double angle, const Shape<double>& q)
 WallEnergy<double> Wall::fibres_by_angle(int layer, double angle, const Shape<double>& q) const {
     using S = Dual<1>;
     const double cosine = std::cos(angle), sine = std::sin(angle);
-    const WallEnergy<S> e = fibres(layer, S(cosine, {-sine}), S(sine, {cosine}),
-                                   Shape<S>{S(q.stretch), S(q.volume), S(q.twist)});
+    const WallEnergy<S> e =
+        fibres(layer, S(cosine, {-sine}), S(sine, {cosine}), Shape<S>{S(q.stretch), S(q.volume), S(q.twist)});
     return {e.value.slope[0], e.g_l.slope[0],  e.g_w.slope[0],  e.g_t.slope[0],  e.h_ll.slope[0],
             e.h_lw.slope[0],  e.h_lt.slope[0], e.h_ww.slope[0], e.h_wt.slope[0], e.h_tt.slope[0]};
 }

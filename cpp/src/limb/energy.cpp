@@ -1,6 +1,7 @@
 #include "softlimb/limb/energy.hpp"
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 
 #include "softlimb/gauss.hpp"

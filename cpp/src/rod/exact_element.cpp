@@ -106,9 +106,8 @@ Eigen::Matrix<double, 6, 12> end_columns(const RodPiece& piece, const Pose& base
         const Vec3<double> unit = vec3(Vector3::Unit(i));
         z.column[i].rotation = unit, z.force[3 + i] = unit, z.column[6 + i].moment = unit;
     }
-    with_method(integration.order, [&]<class Method>() {
-        advance<Method, 9>(k, piece.load, piece.length, integration.steps, n, y, z);
-    });
+    with_method(integration.order,
+                [&]<class Method>() { advance<Method, 9>(k, piece.load, piece.length, integration.steps, n, y, z); });
     Eigen::Matrix<double, 6, 12> columns = Eigen::Matrix<double, 6, 12>::Identity();
     for (int i = 0; i < 9; ++i) columns.col(3 + i) << eigen(z.column[i].position), eigen(z.column[i].rotation);
     return columns;

@@ -46,8 +46,9 @@ bool has(const actuator::Tube& tube, const TubeParameter& parameter) {
 /// Rate of a section as field `component` of it grows.
 Section section_field(const Section& section, int component) {
     Section rate{};
-    const std::array fields = {&Section::axial,           &Section::shear,      &Section::bending,        &Section::torsion,
-                               &Section::mass_per_length, &Section::rest_twist, &Section::extension_twist};
+    const std::array fields = {&Section::axial,          &Section::shear,           &Section::bending,
+                               &Section::torsion,        &Section::mass_per_length, &Section::rest_twist,
+                               &Section::extension_twist};
     rate.*fields[component] = 1.0;
     if (component == 0) rate.axial_law.coefficient[0] = -1.0 / (section.axial * section.axial);
     return rate;
@@ -59,16 +60,15 @@ constexpr int section_fields = 7;
 
 void check(const Parameters& parameters, const Members& members, const limb::Geometry& geometry) {
     for (const Parameter& p : parameters.list) {
-        const bool of_plate =
-            p.kind == Kind::plate_thickness || p.kind == Kind::plate_mass || p.kind == Kind::wrench;
+        const bool of_plate = p.kind == Kind::plate_thickness || p.kind == Kind::plate_mass || p.kind == Kind::wrench;
         const int places = p.kind == Kind::gravity ? 1 : of_plate ? geometry.plates() : members.rods();
         if (p.place < 0 || p.place >= places) reject("place of a parameter", p.place, "one that the limb has");
         if (p.column < 0 || p.column >= parameters.columns)
             reject("column of a parameter", p.column, "below the number of columns");
-        const int components = p.kind == Kind::rod_section                              ? section_fields
-                               : p.kind == Kind::wrench                                 ? 6
+        const int components = p.kind == Kind::rod_section                             ? section_fields
+                               : p.kind == Kind::wrench                                ? 6
                                : p.kind == Kind::gravity || p.kind == Kind::line_force ? 3
-                                                                                        : 1;
+                                                                                       : 1;
         if (p.component < 0 || p.component >= components)
             reject("component of a parameter", p.component, "below " + std::to_string(components));
         if (p.kind != Kind::tube && p.kind != Kind::rod_section && p.kind != Kind::rod_length) continue;

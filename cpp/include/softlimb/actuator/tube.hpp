@@ -165,8 +165,8 @@ private:
     /// The tube under axial forces: what its nonlinear axial law interpolates. None where no range was short enough.
     struct AxialNodes {
         using Values = std::array<double, AxialLaw::max_degree + 1>;
-        int count = 0, rest = 0;  // number of the unloaded one
-        Values force{}, value{};  // and strain of the rod over the force
+        int count = 0, rest = 0;                                               // number of the unloaded one
+        Values force{}, value{};                                               // and strain of the rod over the force
         std::array<Shape<double>, AxialLaw::max_degree + 1> shape{}, along{};  // and its derivative to the scaled force
     };
     /// Coefficients of powers from values at the nodes.

@@ -91,8 +91,8 @@ public:
     }
 
     /// Parts of the energy, for its derivatives to what the wall is made of (wall_slopes.cpp). A layer filled with a
-    /// silicone alone; one family alone, of unit stiffness at `angle`, and its derivative to the angle; all that a layer
-    /// holds at one of its faces, per change of s there.
+    /// silicone alone; one family alone, of unit stiffness at `angle`, and its derivative to the angle; all that a
+    /// layer holds at one of its faces, per change of s there.
     WallEnergy<double> silicone(int layer, const materials::AnyLaw& law, const Shape<double>& q) const;
     WallEnergy<double> fibres(int layer, double angle, const Shape<double>& q) const;
     WallEnergy<double> fibres_by_angle(int layer, double angle, const Shape<double>& q) const;

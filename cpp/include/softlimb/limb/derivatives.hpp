@@ -90,8 +90,8 @@ public:
 
     /// Tip (dp, dtheta) by tip wrench, base axes.
     Matrix6 compliance() const;
-    /// Condensed stiffness of the plates, (dp, dtheta) of every plate in base axes about its origin; rows and columns of
-    /// held freedoms are zero.
+    /// Condensed stiffness of the plates, (dp, dtheta) of every plate in base axes about its origin; rows and columns
+    /// of held freedoms are zero.
     Eigen::MatrixXd plate_stiffness() const;
 
     /// Tip (dp, dtheta) by a parameter of each rod in turn: what `forward` gives, one column a piece and no more.
