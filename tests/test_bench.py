@@ -27,8 +27,8 @@ from softlimb import _core, presets
 from softlimb.bench import checks, instructions, limbs, omissions, others, speed
 from softlimb.bench.clock import Clock, Samples
 from softlimb.bench.core_calls import CoreCalls
-from softlimb.bench.methods.problem import Answer
 from softlimb.cli import bench, main
+from softlimb.paper.problem import Answer
 from softlimb.units import kPa, us
 
 PRESSURES = np.array([30.0, 20.0, 10.0]) * kPa

@@ -30,12 +30,14 @@ PYTHON_ORDER = [
     ["quantities", "materials"],
     ["tube"],
     ["posture"],
+    ["paper"],
     ["path"],
     ["limb"],
     ["presets"],
     ["scenes"],
     ["rows"],
     ["payload", "reach", "sweep"],
+    ["paper_reach"],
     ["measured"],
     ["plot"],
     ["bench"],
@@ -54,6 +56,7 @@ DOORS = {
     ("limb", "scenes"),  # Limb.from_toml, Limb.to_toml
     ("limb", "payload"),  # Limb.payload
     ("limb", "reach"),  # Limb.reach
+    ("limb", "paper_reach"),  # Limb.reach with method="paper"
     ("limb", "sweep"),  # Limb.sweep
     ("scenes", "sweep"),  # Scene.sweep
     ("materials", "plot"),  # the picture of a fit

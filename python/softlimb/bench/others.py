@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from softlimb import presets
 from softlimb.bench import checks, limbs
 from softlimb.bench.clock import Clock, Samples, quartiles, stopwatch
-from softlimb.bench.methods import collocation, elastica, least_squares, paper, single_shooting
-from softlimb.bench.methods.problem import Answer, Problem
+from softlimb.bench.methods import collocation, elastica, least_squares, single_shooting
 from softlimb.limb import Limb, Rod, Segment
+from softlimb.paper import algorithm
+from softlimb.paper.problem import Answer, Problem
 from softlimb.posture import Posture
 from softlimb.units import kPa, ms
 
@@ -92,7 +93,7 @@ class Method:
 
 def _by_paper(posture: Posture, limit: float) -> Answer:
     rests = np.concatenate([[segment.length] * len(segment.members) for segment in posture.limb])
-    return paper.solve(Problem.of(posture), posture.tip, rests, limit)
+    return algorithm.solve(Problem.of(posture), posture.tip, rests, limit)
 
 
 def _by_elastica(posture: Posture, limit: float) -> Answer:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softlimb.bench.methods.problem import Array, Problem
+from softlimb.paper.problem import Array, Problem
 
 __all__ = ["STEPS", "end_of"]
 
@@ -24,6 +24,7 @@ def end_of(
     wrench: Array,
     lengths: Array,
     steps: int = STEPS,
+    line_force: Array | None = None,
 ) -> tuple[Array, Array, Array]:
     """Integrate the rods ``which`` from their bases; leading axes of the arguments are a batch.
 
@@ -33,6 +34,8 @@ def end_of(
     wrench : array, shape (..., k, 6)
         Internal force and moment at the base, base axes.
     lengths : array, shape (..., k)
+    line_force : array, shape (..., k, 3), optional
+        In place of the problem's own [N/m].
 
     Returns
     -------
@@ -47,7 +50,9 @@ def end_of(
     couple = p.extension_twist[which]
     strain_law = np.stack([across, across, along], axis=-1)
     curvature_law = np.stack([bend, bend, twist], axis=-1)
-    line_force, line_moment = p.line_force[which], p.line_moment[which]
+    line_moment = p.line_moment[which]
+    if line_force is None:
+        line_force = p.line_force[which]
     loaded = bool(np.any(line_force) or np.any(line_moment))
     shape = np.broadcast_shapes(position.shape, (*wrench.shape[:-1], 3))
     kind = np.result_type(position, rotation, wrench, lengths)
