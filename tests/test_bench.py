@@ -28,8 +28,8 @@ from softlimb.bench import checks, instructions, limbs, omissions, others, speed
 from softlimb.bench.clock import Clock, Samples
 from softlimb.bench.core_calls import CoreCalls
 from softlimb.bench.figures import three_digits
-from softlimb.bench.methods.problem import Answer
 from softlimb.cli import bench, main
+from softlimb.paper.problem import Answer
 from softlimb.units import kPa, us
 
 PRESSURES = np.array([30.0, 20.0, 10.0]) * kPa

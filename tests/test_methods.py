@@ -17,12 +17,13 @@ from softlimb.bench.methods import (
     elastica,
     least_squares,
     multiple_shooting,
-    paper,
     single_shooting,
     wall,
 )
-from softlimb.bench.methods.problem import Problem, condition, equilibrated, pose_error
-from softlimb.bench.methods.rods import end_of, extrapolated
+from softlimb.bench.methods.judging import equilibrated, pose_error
+from softlimb.paper import algorithm
+from softlimb.paper.problem import Problem, condition
+from softlimb.paper.rods import end_of, extrapolated
 from softlimb.units import kPa
 from tube_examples import plain, proximal, unequal
 
@@ -273,7 +274,7 @@ def test_constant_curvature_says_where_it_does_not_apply():
 def test_the_papers_algorithm_recovers_the_lengths_of_one_segment():
     posture = solved(sl.Limb([ring((0.2, 0.21, 0.205))]))
     problem = Problem.of(posture)
-    answer = paper.solve(problem, posture.tip, np.full(3, 0.2))
+    answer = algorithm.solve(problem, posture.tip, np.full(3, 0.2))
     assert answer.converged
     # Its tolerance, 1e-6 in SI units, over the stiffness of the rods in extension.
     assert_allclose(answer.lengths, problem.lengths, rtol=0.0, atol=1e-6)
@@ -286,11 +287,11 @@ def test_the_papers_algorithm_has_63_unknowns_72_residuals_and_rank_60():
     problem = Problem.of(posture)
     wrenches = np.array([rod.base_wrench for row in posture.rods for rod in row])
     true = np.concatenate([problem.lengths, wrenches.ravel()])
-    residuals, plates = paper.residual(problem, posture.tip, true)
+    residuals, plates = algorithm.residual(problem, posture.tip, true)
     assert residuals.shape == (72,)
     assert_allclose(residuals, 0.0, rtol=0.0, atol=1e-6)  # the true posture is an answer: RK4 of 40 steps
     assert_allclose(plates[1][0], posture.plates[1, :3, 3], rtol=0.0, atol=1e-7)
-    jacobian = paper.scaled_jacobian(problem, posture.tip, true)
+    jacobian = algorithm.scaled_jacobian(problem, posture.tip, true)
     assert jacobian.shape == (72, 63)
     assert condition(jacobian)[1] == 60
 

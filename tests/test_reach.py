@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 import softlimb as sl
 from frames import pose, turn
 from softlimb import presets
+from softlimb.paper_reach import PaperReach
 from softlimb.units import deg, kPa, mm
 
 Array = NDArray[np.float64]
@@ -229,6 +230,63 @@ def test_an_answer_pickles_and_shows_itself(limb: sl.Limb) -> None:
     copy = pickle.loads(pickle.dumps(found))
     assert repr(copy) == repr(found) and copy.message == found.message == "reached"
     require_reached(limb.reach(position=(0.1, 0.1, 0.75), max_pressure=HIGHEST, start=copy, **HANGING), limb)
+
+
+@pytest.mark.parametrize("loads", [{}, HANGING])
+def test_the_papers_algorithm_finds_lengths_whose_posture_is_at_the_pose(limb: sl.Limb, loads: dict[str, Any]) -> None:
+    rng = np.random.default_rng(19)
+    wanted = limb.solve(rng.uniform(5 * kPa, 60 * kPa, 9), section="paper", **loads)
+    found = limb.reach(pose=wanted.tip, max_pressure=HIGHEST, method="paper", **loads)
+    assert isinstance(found, PaperReach) and found.reached and found.status == "converged", found.message
+    assert (found.unknowns, found.residuals, found.rank) == (63, 72, 60)
+    # Singular values that count span five to nine decades; the other three are below 1e-15 of the largest.
+    assert 1e4 < found.condition < 1e10
+    again = limb.solve(rest_lengths=found.lengths, start=found.posture, section="paper", tolerance=1e-9, **loads)
+    assert again.success and again.stable
+    assert np.linalg.norm(again.tip[:3, 3] - wanted.tip[:3, 3]) < 1e-6 * limb.length
+    assert found.error.rotation is not None and found.error.rotation < 1e-6
+    for tube, length, pressure in zip(limb._tubes, found.lengths, found.pressures, strict=True):
+        assert tube.pressure_for(length / tube.length) == pytest.approx(pressure, rel=1e-12)
+    assert "rank 60 of 63" in found.message
+    copy = pickle.loads(pickle.dumps(found))
+    assert copy.message == found.message and copy.rank == 60
+
+
+def test_the_papers_algorithm_returns_an_answer_near_its_start(limb: sl.Limb) -> None:
+    rng = np.random.default_rng(20)
+    pressures = rng.uniform(10 * kPa, 50 * kPa, 9)
+    wanted = limb.solve(pressures, section="paper")
+    starts = [limb.solve(pressures + 0.3 * kPa * rng.normal(size=9), section="paper") for _ in range(2)]
+    found = [limb.reach(pose=wanted.tip, max_pressure=HIGHEST, method="paper", start=start) for start in starts]
+    assert all(each.reached and each.iterations > 1 for each in found)
+    # One of a family with three parameters: another start, another answer.
+    assert np.abs(found[0].lengths - found[1].lengths).max() > 1e-4  # type: ignore[attr-defined]
+
+
+def test_lengths_that_need_more_pressure_than_allowed_are_no_answer(limb: sl.Limb) -> None:
+    wanted = limb.solve([60e3, 20e3, 20e3, 30e3, 30e3, 10e3, 20e3, 20e3, 20e3], section="paper")
+    found = limb.reach(pose=wanted.tip, max_pressure=40 * kPa, method="paper", start=wanted)
+    assert found.status == "converged" and not found.reached
+    assert "pressures outside the bounds" in found.message and "0 (max)" in found.message
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"position": (0, 0, 0.7)}, "takes a pose"),
+        ({"pose": np.eye(4), "prefer": 20e3}, "neither position, weights nor prefer"),
+        ({"pose": np.eye(4), "section": "tangent"}, 'section must be "paper"'),
+        ({"pose": np.full((4, 4), np.nan)}, "pose must be finite"),
+    ],
+)
+def test_what_the_papers_algorithm_cannot_do_is_refused(limb: sl.Limb, given: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        limb.reach(max_pressure=HIGHEST, method="paper", **given)
+
+
+def test_a_method_that_is_none_is_refused(limb: sl.Limb) -> None:
+    with pytest.raises(ValueError, match="method must be one of"):
+        limb.reach(pose=np.eye(4), max_pressure=HIGHEST, method="magic")  # type: ignore[arg-type]
 
 
 SHEARED = np.eye(4) + np.diag([0.1, 0.0, 0.0], 1)

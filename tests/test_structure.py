@@ -31,13 +31,14 @@ PYTHON_ORDER = [
     ["tube"],
     ["derivatives"],
     ["posture"],
+    ["paper"],
     ["path"],
     ["limb"],
     ["presets"],
     ["scenes"],
     ["rows"],
     ["payload", "reach", "sweep"],
-    ["sense"],
+    ["paper_reach", "sense"],
     ["measured"],
     ["plot"],
     ["bench"],
@@ -58,6 +59,7 @@ DOORS = {
     ("limb", "payload"),  # Limb.payload
     ("limb", "reach"),  # Limb.reach
     ("limb", "sense"),  # Limb.sense
+    ("limb", "paper_reach"),  # Limb.reach with method="paper"
     ("limb", "sweep"),  # Limb.sweep
     ("scenes", "sweep"),  # Scene.sweep
     ("materials", "plot"),  # the picture of a fit

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['CHUNK_ROWS', 'Derivatives', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'Parameters', 'PlainSolver', 'Posture', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'law_coefficients', 'linearised', 'potential_energy', 'potential_energy_slopes', 'rest_length_slopes', 'rod_end', 'status_names', 'sweep_rows', 'thread_geometry', 'use_instruction_set', 'yardstick']
+__all__: list[str] = ['CHUNK_ROWS', 'Derivatives', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'Parameters', 'PlainSolver', 'Posture', 'Reached', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'law_coefficients', 'linearised', 'plain_reach', 'potential_energy', 'potential_energy_slopes', 'reach', 'rest_length_slopes', 'rod_end', 'status_names', 'sweep_rows', 'thread_geometry', 'use_instruction_set', 'yardstick']
 class Section:
     """
     Stiffness of a rod's cross-section, per rest length, SI.
@@ -2290,6 +2290,10 @@ class PlainSolver:
     """
     def __init__(self, geometry: Geometry, members: Members, actuators_of_segments: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> None:
         ...
+    def loads(self, gravity: typing.Any, tip_force: typing.Any, tip_moment: typing.Any, frame: typing.Any) -> Scene | None:
+        """
+        A scene with these loads and neither sections nor lengths; None where one is not plain.
+        """
     def solve(self, pressures: typing.Any, gravity: typing.Any, tip_force: typing.Any, tip_moment: typing.Any, frame: typing.Any, tolerance: typing.Any, start: typing.Any, prefer_stable: typing.Any, section: typing.Any, valve: typing.Any) -> Posture | None:
         """
         Arguments of Limb.solve, positional, `start` a core Posture or None. None where one is not plain or has
@@ -2351,6 +2355,48 @@ class FollowedPath:
     @property
     def parameters(self) -> list[float]:
         ...
+class Reached:
+    """
+    Pressures for a target, and their posture.
+    """
+    @property
+    def another_from_nothing(self) -> bool:
+        ...
+    @property
+    def gap(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Tip minus target [m], rotation vector from the target to the tip [rad], shape (6,).
+        """
+    @property
+    def iterations(self) -> int:
+        ...
+    @property
+    def least(self) -> bool:
+        ...
+    @property
+    def lower(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def posture(self) -> Posture:
+        ...
+    @property
+    def reached(self) -> bool:
+        ...
+    @property
+    def starts(self) -> int:
+        ...
+    @property
+    def status(self) -> str:
+        ...
+    @property
+    def target(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def upper(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
+    @property
+    def weights(self) -> numpy.typing.NDArray[numpy.float64]:
+        ...
 def axial_strain(section: Section, force: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float]:
     """
     Strain v3 - 1 and its derivative to the force [1/N] of a section's axial law at a force [N], without end moment.
@@ -2387,6 +2433,11 @@ def linearised(posture: Posture, tolerance: typing.SupportsFloat | typing.Suppor
     """
     RuntimeError at a fold.
     """
+def plain_reach(geometry: Geometry, members: Members, scene: Scene, position: typing.Any, pose: typing.Any, max_pressure: typing.Any, tolerance: typing.Any, section: typing.Any, valve: typing.Any, start: typing.Any) -> Reached | None:
+    """
+    Arguments of Limb.reach as they come, `start` a core Posture, Reached or None. None where one is not plain or
+    not right: it is then for Python to say what is wrong.
+    """
 def potential_energy(posture: Posture) -> float:
     """
     Of rods and loads [J]; RuntimeError where the loads have no potential.
@@ -2394,6 +2445,11 @@ def potential_energy(posture: Posture) -> float:
 def potential_energy_slopes(posture: Posture, parameters: Parameters, made: tuple[Members, typing.Annotated[numpy.typing.ArrayLike, numpy.float64], str, str]) -> numpy.typing.NDArray[numpy.float64]:
     """
     Its derivatives, (columns,).
+    """
+def reach(geometry: Geometry, members: Members, scene: Scene, *, target: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], weights: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], lower: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], upper: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], preferred: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], tolerance: typing.SupportsFloat | typing.SupportsIndex, section: str, valve: str, start: Posture | None, start_pressures: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None, learned: Reached | None) -> Reached:
+    """
+    Pressures within bounds (one number an actuator [Pa]) that put the tip on the target pose (4, 4), errors
+    counted by six weights; of the scene only loads and holds count.
     """
 def rest_length_slopes(posture: Posture, parameters: Parameters, made: tuple[Members, typing.Annotated[numpy.typing.ArrayLike, numpy.float64], str, str]) -> numpy.typing.NDArray[numpy.float64]:
     """

@@ -741,6 +741,7 @@ class Limb:
         prefer: ArrayLike | Sequence[ArrayLike] | Posture | Reach | None = None,
         tolerance: float = 1e-6,
         start: Posture | Reach | None = None,
+        method: Literal["search", "paper"] = "search",
         **scene: Any,
     ) -> Reach:
         """Find pressures within bounds that put the tip on a target, in a stable posture.
@@ -764,6 +765,10 @@ class Limb:
             Where to start, a posture of this limb. On a path of targets the answer before, which is fast and stays on
             its side of several answers. Default, and where the start leads nowhere: several starts by constant
             curvature.
+        method : {"search", "paper"}
+            "paper": Algorithm 1 of Zhang et al., for a pose, with ``section="paper"``: lengths of the rods first, then
+            pressures from them. To compare with: seconds, without preference, and from afar it seldom converges; it
+            starts where the search ends, or at ``start``. A `PaperReach` with ``lengths``, ``rank``, ``condition``.
         **scene
             Loads, holds, ``section`` and ``valve`` as for `solve`.
 
@@ -784,8 +789,23 @@ class Limb:
 
         Notes
         -----
-        MECHANICS, "Reach".
+        MECHANICS, "Reach" and "The paper's Algorithm 1".
         """
+        one_of("method", method, ("search", "paper"))
+        if method == "paper":
+            from softlimb.paper_reach import reach_by_paper
+
+            if pose is None or position is not None or weights is not None or prefer is not None:
+                raise ValueError('method="paper" takes a pose, and neither position, weights nor prefer')
+            return reach_by_paper(
+                self,
+                pose=pose,
+                max_pressure=max_pressure,
+                min_pressure=min_pressure,
+                tolerance=tolerance,
+                start=start,
+                **scene,
+            )
         from softlimb.reach import reach
 
         return reach(
@@ -977,9 +997,7 @@ class Limb:
                 return None, [m.section for m in self._members if isinstance(m, Rod)], lengths, None
             given = np.empty(len(self._tubes))
             driven = [
-                (tube, length)
-                for tube, length in zip(self._members, lengths, strict=True)
-                if isinstance(tube, Tube)
+                (tube, length) for tube, length in zip(self._members, lengths, strict=True) if isinstance(tube, Tube)
             ]
             for number, (tube, length) in enumerate(driven):
                 stretch = float(length) / tube.length

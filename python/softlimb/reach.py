@@ -16,7 +16,7 @@ from softlimb.posture import Posture
 from softlimb.tube import SectionModel, Valve
 from softlimb.units import deg, kPa, mm
 
-__all__ = ["Reach", "ReachError", "reach"]
+__all__ = ["Reach", "ReachError", "bounds_of", "reach", "target_of"]
 
 Array = NDArray[np.float64]
 Bound = Literal["min", "max", "limit"]
@@ -27,7 +27,7 @@ _PLAIN = {"gravity", "tip_force", "tip_moment", "frame", "section", "valve"}
 
 
 _READ = (
-    *("posture", "reached", "target", "weights", "gap", "min_pressures", "max_pressures"),
+    *("posture", "pressures", "reached", "target", "weights", "gap", "min_pressures", "max_pressures"),
     *("least", "status", "iterations", "starts", "remarks"),
 )
 
@@ -152,7 +152,7 @@ class Reach:
         """The same as ``reached``."""
         return self.reached
 
-    @property
+    @cached_property
     def pressures(self) -> Array:
         """Gauge pressure in each actuator [Pa], shape (A,)."""
         assert self.posture.pressures is not None
@@ -177,13 +177,17 @@ class Reach:
                 bounds[number] = "min"
         return bounds
 
+    @property
+    def _outcome(self) -> str:
+        return "reached" if self.least else "reached; the preference may allow better pressures"
+
     @cached_property
     def message(self) -> str:
         """Outcome in words."""
         error = self.error
         parts = []
         if self.reached:
-            parts.append("reached" if self.least else "reached; the preference may allow better pressures")
+            parts.append(self._outcome)
         else:
             miss = f"{error.position / mm:.4g} mm ({error.relative:.2%} of {self.posture.limb.length / mm:.4g} mm)"
             if error.rotation is not None:
@@ -231,8 +235,8 @@ def reach(
             return plain
     if not limb._tubes:
         raise ValueError("the limb has no actuators: no pressure moves its tip")
-    target, counted = _target(position, pose, weights)
-    lower, upper, limited = _bounds(limb, min_pressure, max_pressure)
+    target, counted = target_of(position, pose, weights)
+    lower, upper, limited = bounds_of(limb, min_pressure, max_pressure)
     preferred = np.zeros(len(limb._tubes)) if prefer is None else _preferred(limb, prefer)
     tolerance = _tolerance(tolerance)
     if tolerance < _TIGHTEST:
@@ -297,7 +301,7 @@ def _plain(
     return None if found is None else Reach(limb, found, tolerance, (section, valve))
 
 
-def _target(position: ArrayLike | None, pose: ArrayLike | None, weights: ArrayLike | None) -> tuple[Array, Array]:
+def target_of(position: ArrayLike | None, pose: ArrayLike | None, weights: ArrayLike | None) -> tuple[Array, Array]:
     """Pose and six weights of what was asked for."""
     if (position is None) == (pose is None):
         raise ValueError("a reach needs either position or pose: give exactly one of the two")
@@ -321,7 +325,7 @@ def _per_actuator(limb: Limb, name: str, value: Any) -> Array:
     return _flat(name, value, limb._counts, "actuators")
 
 
-def _bounds(limb: Limb, lowest: Any, highest: Any) -> tuple[Array, Array, tuple[int, ...]]:
+def bounds_of(limb: Limb, lowest: Any, highest: Any) -> tuple[Array, Array, tuple[int, ...]]:
     """Bounds of the pressures, and the actuators that carry less than was allowed."""
     lower, upper = _per_actuator(limb, "min_pressure", lowest), _per_actuator(limb, "max_pressure", highest)
     reversed_ = np.flatnonzero(lower > upper)

@@ -29,8 +29,10 @@ import numpy as np
 from methods import modes
 from methods.scenes import scenes
 
-from softlimb.bench.methods import constant_curvature, paper, single_shooting
-from softlimb.bench.methods.problem import Problem, condition, equilibrated, pose_error
+from softlimb.bench.methods import constant_curvature, single_shooting
+from softlimb.bench.methods.judging import equilibrated, pose_error
+from softlimb.paper import algorithm
+from softlimb.paper.problem import Problem, condition
 
 _SAME = 1e-2  # plates closer than this are of one equilibrium; RK4 of 40 steps errs by less on all but wild scenes
 _RIGHT = 1e-4  # error of an answer that a user would call right
@@ -158,7 +160,7 @@ def run(scene, limit):
 
     # What is known before the lengths are: how long a segment is without pressure.
     rests = np.concatenate([[segment.length] * len(segment.members) for segment in limb])
-    answer, milliseconds = timed(lambda: paper.solve(problem, truth.tip, rests, limit))
+    answer, milliseconds = timed(lambda: algorithm.solve(problem, truth.tip, rests, limit))
     error = None
     if answer.converged:
         lengths = np.abs(answer.lengths - problem.lengths).max() / limb.length
@@ -166,7 +168,7 @@ def run(scene, limit):
     outcome = judge(scene, truth, problem, answer, error, "other lengths")
     with np.errstate(all="ignore"):
         true = np.concatenate([problem.lengths, true_wrenches.ravel()])
-        cond = conditions(paper.scaled_jacobian(problem, truth.tip, true))
+        cond = conditions(algorithm.scaled_jacobian(problem, truth.tip, true))
     row("paper's algorithm", outcome, error, cond, answer.iterations, milliseconds, ours)
 
     answer, milliseconds = timed(lambda: constant_curvature.solve(problem))

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from softlimb import presets
 from softlimb.bench import checks, limbs
 from softlimb.bench.clock import Clock, Samples, quartiles, seconds_of
-from softlimb.bench.methods import collocation, elastica, least_squares, paper, single_shooting
-from softlimb.bench.methods.problem import Answer, Problem
+from softlimb.bench.methods import collocation, elastica, least_squares, single_shooting
 from softlimb.limb import Limb, Rod, Segment
+from softlimb.paper import algorithm
+from softlimb.paper.problem import Answer, Problem
 from softlimb.posture import Posture
 from softlimb.units import kPa, ms
 
@@ -89,7 +90,7 @@ def by_paper(posture: Posture, limit: float) -> Answer:
     """The paper's algorithm on a posture's sections, loads and tip pose."""
     # What is known before the lengths are: how long a segment is without pressure.
     rests = np.concatenate([[segment.length] * len(segment.members) for segment in posture.limb])
-    return paper.solve(Problem.of(posture), posture.tip, rests, limit)
+    return algorithm.solve(Problem.of(posture), posture.tip, rests, limit)
 
 
 def _by_elastica(posture: Posture, limit: float) -> Answer:

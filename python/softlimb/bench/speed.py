@@ -312,7 +312,7 @@ def six_legs(effort: Effort) -> Question:
 def cantilever(effort: Effort) -> Question:
     """A rod of silicone under its weight and a tip force that changes, to 1e-8 of its length, from nothing."""
     from softlimb.bench.methods import single_shooting
-    from softlimb.bench.methods.problem import Problem
+    from softlimb.paper.problem import Problem
 
     rod = limbs.soft_rod()
     forces = [0.04 * np.array([np.cos(a), np.sin(a), 0.5]) for a in np.linspace(0.0, 1.0, effort.steps)]

@@ -11,8 +11,8 @@ import numpy as np
 
 from softlimb.bench import checks, others
 from softlimb.bench.methods import collocation, constant_curvature, least_squares, multiple_shooting, single_shooting
-from softlimb.bench.methods.problem import Answer, Problem
 from softlimb.limb import Limb
+from softlimb.paper.problem import Answer, Problem
 from softlimb.posture import Posture
 from softlimb.report.methods import (
     CONSTANT_CURVATURE,

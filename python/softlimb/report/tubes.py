@@ -10,7 +10,7 @@ import numpy as np
 
 from softlimb.bench import checks
 from softlimb.bench.methods import wall
-from softlimb.bench.methods.rods import extrapolated
+from softlimb.paper.rods import extrapolated
 from softlimb.report.methods import (
     CONSTANT_CURVATURE,
     LEAST_SQUARES,

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from softlimb.bench.methods.problem import hat
-from softlimb.bench.methods.rods import end_of
+from softlimb.bench.methods.judging import hat
 from softlimb.bench.methods.single_shooting import base_frames, sensitivities
+from softlimb.paper.rods import end_of
 
 __all__ = ["unstable_modes"]
 

@@ -13,9 +13,9 @@ import numpy as np
 
 from softlimb.bench.methods import single_shooting
 from softlimb.bench.methods.least_squares import GaveUp
-from softlimb.bench.methods.plates import balance, less, pair_gaps, plate_of_each
-from softlimb.bench.methods.problem import Answer, Array, Problem, rotation_gap
-from softlimb.bench.methods.rods import end_of
+from softlimb.paper.plates import balance, less, pair_gaps, plate_of_each
+from softlimb.paper.problem import Answer, Array, Problem, rotation_gap
+from softlimb.paper.rods import end_of
 
 __all__ = ["solve"]
 

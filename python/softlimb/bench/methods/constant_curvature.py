@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softlimb.bench.methods.problem import Answer, Array, Problem
+from softlimb.paper.problem import Answer, Array, Problem
 
 __all__ = ["arc", "solve"]
 

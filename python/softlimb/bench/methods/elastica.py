@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from softlimb.bench.methods.problem import Answer
 from softlimb.limb import Rod
+from softlimb.paper.problem import Answer
 
 __all__ = ["solve"]
 

@@ -10,9 +10,10 @@ import time
 
 import numpy as np
 
-from softlimb.bench.methods import paper, single_shooting
-from softlimb.bench.methods.problem import Answer, Array, Problem
-from softlimb.bench.methods.rods import STEPS
+from softlimb.bench.methods import single_shooting
+from softlimb.paper import algorithm
+from softlimb.paper.problem import Answer, Array, Problem
+from softlimb.paper.rods import STEPS
 
 __all__ = ["GaveUp", "solve"]
 
@@ -37,7 +38,7 @@ def solve(problem: Problem, limit: float = 20.0, steps: int = STEPS) -> Answer:
     from scipy.optimize import least_squares  # type: ignore[import-untyped, unused-ignore]
 
     deadline = time.perf_counter() + limit
-    unit, sizes = problem.unit_wrenches.ravel(), paper.residual_sizes(problem, False)
+    unit, sizes = problem.unit_wrenches.ravel(), algorithm.residual_sizes(problem, False)
 
     def all_unknowns(x: Array) -> Array:
         return np.concatenate([problem.lengths, unit * x])
@@ -45,7 +46,7 @@ def solve(problem: Problem, limit: float = 20.0, steps: int = STEPS) -> Answer:
     def scaled(x: Array) -> Array:
         if time.perf_counter() > deadline:
             raise GaveUp
-        rows: Array = paper.residual(problem, None, all_unknowns(x), steps)[0] / sizes
+        rows: Array = algorithm.residual(problem, None, all_unknowns(x), steps)[0] / sizes
         return np.nan_to_num(rows, nan=1e150, posinf=1e150, neginf=-1e150)  # what overflows is far from zero
 
     answer = Answer(False, "no convergence", lengths=problem.lengths)
@@ -60,7 +61,7 @@ def solve(problem: Problem, limit: float = 20.0, steps: int = STEPS) -> Answer:
             answer.residual = float(np.abs(found.fun).max())
             answer.wrenches = (unit * found.x).reshape(-1, 6)
             answer.plates = np.tile(np.eye(4), (problem.plates, 1, 1))
-            for j, (origin, axes) in enumerate(paper.residual(problem, None, all_unknowns(found.x), steps)[1]):
+            for j, (origin, axes) in enumerate(algorithm.residual(problem, None, all_unknowns(found.x), steps)[1]):
                 answer.plates[j, :3, 3], answer.plates[j, :3, :3] = origin, axes
             # A minimum of the squares need not be a root.
             if found.success and answer.residual <= 1e-5:

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softlimb.bench.methods.plates import balance, less
-from softlimb.bench.methods.problem import Array, Problem, hat, rotation_gap
-from softlimb.bench.methods.rods import end_of, extrapolated
+from softlimb.bench.methods.judging import hat
 from softlimb.bench.methods.single_shooting import sensitivities
+from softlimb.paper.plates import balance, less
+from softlimb.paper.problem import Array, Problem, rotation_gap
+from softlimb.paper.rods import end_of, extrapolated
 from softlimb.posture import Posture
 
 __all__ = ["Refined", "refine"]

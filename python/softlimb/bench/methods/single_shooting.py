@@ -12,8 +12,9 @@ import time
 import numpy as np
 
 from softlimb.bench.methods import constant_curvature
-from softlimb.bench.methods.problem import Answer, Array, Problem, hat, rotation_gap
-from softlimb.bench.methods.rods import STEPS, end_of
+from softlimb.bench.methods.judging import hat
+from softlimb.paper.problem import Answer, Array, Problem, rotation_gap
+from softlimb.paper.rods import STEPS, end_of
 
 __all__ = ["base_frames", "refine", "residual_and_jacobian", "scaled_jacobian", "sensitivities", "solve", "starts"]
 
@@ -104,9 +105,7 @@ def sensitivities(
     return ends, (slope_p, slope_r, slope_w)
 
 
-def residual_and_jacobian(
-    problem: Problem, plates: Array, wrenches: Array, steps: int = STEPS
-) -> tuple[Array, Array]:
+def residual_and_jacobian(problem: Problem, plates: Array, wrenches: Array, steps: int = STEPS) -> tuple[Array, Array]:
     """Gaps of the rods' ends, then balances of the plates; columns by base wrenches, then by moves of the plates."""
     rods, count = problem.rods, problem.plates
     residual = np.zeros(6 * (rods + count))
@@ -133,9 +132,7 @@ def residual_and_jacobian(
         # d of half the skew part of E: of hat(x) E it is (tr E - E) x / 2, of E hat(x) it is (tr E - E^T) x / 2.
         by_end = 0.5 * (np.trace(turn) * np.eye(3) - turn)
         gap_slope = np.vstack([slope_p[i], by_end @ slope_r[i]])
-        jacobian[own, above] -= np.block(
-            [[np.eye(3), -hat(lever)], [np.zeros((3, 3)), by_end.T]]
-        )
+        jacobian[own, above] -= np.block([[np.eye(3), -hat(lever)], [np.zeros((3, 3)), by_end.T]])
         # Its end wrench enters the balance of the plate, moments about the plate's origin.
         carry = np.block([[np.eye(3), np.zeros((3, 3))], [hat(lever), np.eye(3)]])
         residual[above] += np.concatenate([n, m + np.cross(lever, n)])

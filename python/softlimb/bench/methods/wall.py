@@ -21,7 +21,7 @@ import numpy as np
 
 from softlimb import _core
 from softlimb.bench.methods.least_squares import GaveUp
-from softlimb.bench.methods.problem import Array
+from softlimb.paper.problem import Array
 from softlimb.tube import Layer, Tube
 
 __all__ = ["STEPS", "Found", "Wall", "by_collocation", "by_least_squares", "by_shooting"]

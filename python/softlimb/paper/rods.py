@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from softlimb.bench.methods.problem import Array, Problem
+from softlimb.paper.problem import Array, Problem
 
 __all__ = ["STEPS", "end_of", "extrapolated"]
 
@@ -47,6 +47,7 @@ def end_of(
     wrench: Array,
     lengths: Array,
     steps: int = STEPS,
+    line_force: Array | None = None,
 ) -> tuple[Array, Array, Array]:
     """Integrate the rods ``which`` from their bases; leading axes of the arguments are a batch.
 
@@ -56,6 +57,8 @@ def end_of(
     wrench : array, shape (..., k, 6)
         Internal force and moment at the base, base axes.
     lengths : array, shape (..., k)
+    line_force : array, shape (..., k, 3), optional
+        In place of the problem's own [N/m].
 
     Returns
     -------
@@ -70,7 +73,9 @@ def end_of(
     couple = p.extension_twist[which]
     strain_law = np.stack([across, across, along], axis=-1)
     curvature_law = np.stack([bend, bend, twist], axis=-1)
-    line_force, line_moment = p.line_force[which], p.line_moment[which]
+    line_moment = p.line_moment[which]
+    if line_force is None:
+        line_force = p.line_force[which]
     loaded = bool(np.any(line_force) or np.any(line_moment))
     shape = np.broadcast_shapes(position.shape, (*wrench.shape[:-1], 3))
     kind = np.result_type(position, rotation, wrench, lengths)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softlimb.bench.methods.problem import Array, Problem, rotation_gap
+from softlimb.paper.problem import Array, Problem, rotation_gap
 
 __all__ = ["balance", "less", "pair_gaps", "plate_of_each"]
 

@@ -1,4 +1,4 @@
-"""A scene as plain arrays, and what every comparison needs: how far two poses are apart, how bad a matrix is."""
+"""A scene as plain arrays, and what is asked of its matrices."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from softlimb.posture import Posture
 
-__all__ = ["Answer", "Array", "Problem", "condition", "equilibrated", "hat", "pose_error", "rotation_gap"]
+__all__ = ["Answer", "Array", "Problem", "condition", "rotation_gap"]
 
 Array = NDArray[Any]  # of floats; of complex numbers where a method differentiates by complex steps
 
@@ -29,6 +29,8 @@ class Problem:
         Rest lengths [m].
     line_force, line_moment : array, shape (R, 3)
         Per rest length, weight included [N/m], [N].
+    spread_force : array, shape (R, 3)
+        On each rod as a whole, evenly along whatever its length is [N]: where lengths are unknown.
     thickness : array, shape (J,)
     weight : array, shape (J, 3)
         Weight of each plate, acting half a thickness along its z [N].
@@ -54,6 +56,7 @@ class Problem:
     weight: Array
     wrenches: Array
     scale: float
+    spread_force: Array | float = 0.0
 
     @property
     def plates(self) -> int:
@@ -130,13 +133,6 @@ class Answer:
     residual: float = np.nan
 
 
-def hat(vector: Array) -> Array:
-    """Matrix of the cross product, for vectors along the last axis."""
-    x, y, z = np.moveaxis(np.asarray(vector), -1, 0)
-    zero = np.zeros_like(x)
-    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*x.shape, 3, 3)
-
-
 def rotation_gap(turn: Array) -> Array:
     """Axis times sine of the angle of a rotation matrix: half its skew part."""
     gap: Array = 0.5 * np.stack(
@@ -148,25 +144,6 @@ def rotation_gap(turn: Array) -> Array:
         axis=-1,
     )
     return gap
-
-
-def pose_error(found: Array, true: Array, length: float) -> float:
-    """The larger of distance over length and angle [rad] between two poses."""
-    turn = found[:3, :3] @ true[:3, :3].T
-    # The angle from both sine and cosine: exact at small and at large angles.
-    sine = np.linalg.norm(rotation_gap(turn))
-    angle = np.arctan2(sine, 0.5 * (np.trace(turn) - 1.0))
-    return float(max(np.linalg.norm(found[:3, 3] - true[:3, 3]) / length, abs(angle)))
-
-
-def equilibrated(matrix: Array, rounds: int = 20) -> Array:
-    """The matrix with rows and columns scaled to a length near one, so that no choice of units is left in it."""
-    scaled = np.array(matrix, dtype=float)
-    for _ in range(rounds):
-        rows, columns = np.linalg.norm(scaled, axis=1), np.linalg.norm(scaled, axis=0)
-        rows[rows == 0.0], columns[columns == 0.0] = 1.0, 1.0
-        scaled = scaled / np.sqrt(rows)[:, None] / np.sqrt(columns)
-    return scaled
 
 
 def condition(matrix: Array) -> tuple[float, int]:
