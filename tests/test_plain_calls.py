@@ -26,7 +26,7 @@ def reference() -> sl.Limb:
 def plain(limb: sl.Limb, pressures: Any, **given: Any) -> Any:
     """What the short way alone says: a posture of the core, or None."""
     arguments = {
-        "gravity": (0.0, 0.0, 0.0), "tip_force": (0.0, 0.0, 0.0), "tip_moment": (0.0, 0.0, 0.0), "frame": "base",
+        "rest_lengths": None, "gravity": (0.0, 0.0, 0.0), "tip_force": (0.0, 0.0, 0.0), "tip_moment": (0.0, 0.0, 0.0), "frame": "base",
         "tolerance": 1e-6, "start": None, "prefer_stable": True, "section": "tangent", "valve": "open",
     } | given  # fmt: skip
     return limb._plain.solve(pressures, *arguments.values())
@@ -134,6 +134,29 @@ def test_a_limb_of_rods_needs_no_pressures() -> None:
     assert found.pressures is None and plain(limb, None) is not None and plain(limb, []) is None
     # Three rods on a ring: sqrt(3) radii between centres.
     assert found.clearance == pytest.approx(np.sqrt(3.0) * 0.03 - 8 * mm, rel=1e-9)
+
+
+def test_rest_lengths_of_rods_are_plain_and_those_of_tubes_are_not(reference: sl.Limb) -> None:
+    section = sl.Section(axial=400.0, shear=130.0, bending=0.08, torsion=0.06, mass_per_length=0.4)
+    limb = sl.Limb([sl.Segment(rods=[sl.Rod(section, 0.2)] * 3, ring_radius=0.03)] * 2)
+    lengths = np.array([[0.2, 0.21, 0.22], [0.19, 0.2, 0.2]])
+    assert plain(limb, None, rest_lengths=lengths) is not None
+    short = limb.solve(rest_lengths=lengths, gravity=HANGING)
+    long = checked(limb, None, rest_lengths=lengths, gravity=HANGING)
+    assert np.array_equal(short.plates, long.plates) and np.array_equal(short.rest_lengths, lengths.ravel())
+    for wrong in (lengths[0], -lengths, 0.0 * lengths, lengths.astype(np.float32), [0.2] * 5, np.nan * lengths):
+        assert plain(limb, None, rest_lengths=wrong) is None
+    assert plain(reference, None, rest_lengths=np.full(9, 0.2)) is None
+    assert plain(reference, COMPLEX, rest_lengths=np.full(9, 0.2)) is None
+    with pytest.raises(ValueError, match="either pressures or rest_lengths"):
+        reference.solve(COMPLEX, rest_lengths=np.full(9, 0.2))
+
+
+def test_a_rod_that_was_solved_still_pickles_and_equals_its_copy() -> None:
+    rod = sl.Rod(sl.Section(axial=400.0, shear=130.0, bending=0.08, torsion=0.06), 0.2)
+    tip = rod.cantilever(tip_force=(0.1, 0.0, 0.0)).tip
+    copy = pickle.loads(pickle.dumps(rod))
+    assert copy == rod and np.array_equal(copy.cantilever(tip_force=(0.1, 0.0, 0.0)).tip, tip)
 
 
 def test_the_tubes_of_the_straight_reference_limb_are_as_far_apart_as_their_rings_say(reference: sl.Limb) -> None:

@@ -68,11 +68,12 @@ public:
         blank_.holds.assign(geometry_->plates(), {});
     }
 
-    std::optional<std::shared_ptr<Posture>> solve(const py::object& pressures, const py::object& gravity,
-                                                  const py::object& force, const py::object& moment,
-                                                  const py::object& frame, const py::object& tolerance,
-                                                  const py::object& start, const py::object& prefer_stable,
-                                                  const py::object& model, const py::object& valve) const {
+    std::optional<std::shared_ptr<Posture>> solve(const py::object& pressures, const py::object& rest_lengths,
+                                                  const py::object& gravity, const py::object& force,
+                                                  const py::object& moment, const py::object& frame,
+                                                  const py::object& tolerance, const py::object& start,
+                                                  const py::object& prefer_stable, const py::object& model,
+                                                  const py::object& valve) const {
         const plain::Reader& read = plain::reader();
         limb::SolveOptions options;
         actuator::SectionModel section;
@@ -100,6 +101,7 @@ public:
             return std::nullopt;
         }
         if (members_->at_pressures(posture->pressures.data(), section, opening, scene.rods)) return std::nullopt;
+        if (!rest_lengths.is_none() && !read_rest_lengths(rest_lengths, scene)) return std::nullopt;
         options.interrupted = [] {
             py::gil_scoped_acquire locked;
             return PyErr_CheckSignals() != 0;
@@ -126,6 +128,20 @@ public:
     }
 
 private:
+    /// Of a limb of rods given directly: tubes would need their pressures first.
+    bool read_rest_lengths(const py::object& given, limb::Scene& scene) const {
+        if (members_->actuators() > 0) return false;
+        std::vector<int> counts;
+        for (const limb::Segment& segment : geometry_->segments)
+            counts.push_back(static_cast<int>(segment.rods.size()));
+        std::vector<double> lengths(scene.rods.size());
+        if (!plain::reader().by_segment(given, counts, lengths)) return false;
+        for (std::size_t i = 0; i < lengths.size(); ++i) {
+            if (!(lengths[i] > 0.0)) return false;
+            scene.rods[i].rest_length = lengths[i];
+        }
+        return true;
+    }
     /// Nothing, or a posture of a limb with as many rods and plates.
     bool posture_of(const py::object& start, const Posture*& from) const {
         if (start.is_none()) return true;
@@ -153,9 +169,9 @@ void bind_members(py::module_& m) {
     py::class_<PlainSolver>(m, "PlainSolver", "Postures from plain numbers, in a few microseconds beside the solve.")
         .def(py::init<std::shared_ptr<Geometry>, std::shared_ptr<Members>, std::vector<int>>(), py::arg("geometry"),
              py::arg("members"), py::arg("actuators_of_segments"))
-        .def("solve", &PlainSolver::solve, py::arg("pressures"), py::arg("gravity"), py::arg("tip_force"),
-             py::arg("tip_moment"), py::arg("frame"), py::arg("tolerance"), py::arg("start"), py::arg("prefer_stable"),
-             py::arg("section"), py::arg("valve"),
+        .def("solve", &PlainSolver::solve, py::arg("pressures"), py::arg("rest_lengths"), py::arg("gravity"),
+             py::arg("tip_force"), py::arg("tip_moment"), py::arg("frame"), py::arg("tolerance"), py::arg("start"),
+             py::arg("prefer_stable"), py::arg("section"), py::arg("valve"),
              R"(Arguments of Limb.solve, positional, `start` a core Posture or None. None where one is not plain or has
 no answer: it is then for Python to say what is wrong. Plain are floats and integers, lists and tuples of them, arrays
 of float64; all finite and of the right number.)")

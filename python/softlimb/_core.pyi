@@ -2294,7 +2294,7 @@ class PlainSolver:
         """
         A scene with these loads and neither sections nor lengths; None where one is not plain.
         """
-    def solve(self, pressures: typing.Any, gravity: typing.Any, tip_force: typing.Any, tip_moment: typing.Any, frame: typing.Any, tolerance: typing.Any, start: typing.Any, prefer_stable: typing.Any, section: typing.Any, valve: typing.Any) -> Posture | None:
+    def solve(self, pressures: typing.Any, rest_lengths: typing.Any, gravity: typing.Any, tip_force: typing.Any, tip_moment: typing.Any, frame: typing.Any, tolerance: typing.Any, start: typing.Any, prefer_stable: typing.Any, section: typing.Any, valve: typing.Any) -> Posture | None:
         """
         Arguments of Limb.solve, positional, `start` a core Posture or None. None where one is not plain or has
         no answer: it is then for Python to say what is wrong. Plain are floats and integers, lists and tuples of them, arrays

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -43,6 +44,8 @@ __all__ = ["Limb", "Plate", "Posture", "Rod", "RodPosture", "Segment", "Verifica
 
 Array = NDArray[np.float64]
 Frame = Literal["base", "plate"]
+
+_NO_LOAD = (0.0, 0.0, 0.0)
 
 
 def _frames(name: str, value: ArrayLike, count: int) -> Array:
@@ -126,8 +129,8 @@ class Rod:
         tip_force: ArrayLike = (0.0, 0.0, 0.0),
         tip_moment: ArrayLike = (0.0, 0.0, 0.0),
         *,
-        distributed_force: ArrayLike = (0.0, 0.0, 0.0),
-        distributed_moment: ArrayLike = (0.0, 0.0, 0.0),
+        distributed_force: ArrayLike = _NO_LOAD,
+        distributed_moment: ArrayLike = _NO_LOAD,
         gravity: ArrayLike = (0.0, 0.0, 0.0),
         tolerance: float = 1e-6,
         start: Posture | RodPosture | None = None,
@@ -163,18 +166,29 @@ class Rod:
         -----
         Zhang et al. eq. 4-6; MECHANICS, "Rod".
         """
-        limb = Limb([Segment(rods=[self], base_frames=np.eye(4)[None], end_frames=np.eye(4)[None])])
-        posture = limb.solve(
+        distributed: dict[str, Any] = {}
+        if distributed_force is not _NO_LOAD:
+            distributed["rod_forces"] = finite_of_shape("distributed_force", distributed_force, (3,))[None]
+        if distributed_moment is not _NO_LOAD:
+            distributed["rod_moments"] = finite_of_shape("distributed_moment", distributed_moment, (3,))[None]
+        posture = self._alone.solve(
             tip_force=tip_force,
             tip_moment=tip_moment,
-            rod_forces=finite_of_shape("distributed_force", distributed_force, (3,))[None],
-            rod_moments=finite_of_shape("distributed_moment", distributed_moment, (3,))[None],
             gravity=gravity,
             tolerance=tolerance,
             start=start.posture if isinstance(start, RodPosture) else start,
             prefer_stable=prefer_stable,
+            **distributed,
         )
         return posture.rods[0][0]
+
+    @cached_property
+    def _alone(self) -> Limb:
+        """A limb of this rod and nothing else."""
+        return Limb([Segment(rods=[self], base_frames=np.eye(4)[None], end_frames=np.eye(4)[None])])
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_alone"}
 
 
 class Segment:
@@ -432,8 +446,7 @@ class Limb:
         Balance of the plates: Zhang et al. eq. 7-10 with the lever arms of MECHANICS, "Limb".
         """
         if (
-            rest_lengths is None
-            and plate_wrenches is None
+            plate_wrenches is None
             and rod_forces is None
             and rod_moments is None
             and tip_pose is None
@@ -445,6 +458,7 @@ class Limb:
             # something to explain.
             found = self._plain.solve(
                 pressures,
+                rest_lengths,
                 gravity,
                 tip_force,
                 tip_moment,

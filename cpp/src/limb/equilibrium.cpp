@@ -72,8 +72,16 @@ void choose_mesh(const Scene& scene, double tolerance, Shape& shape, double larg
             split_elements(rod, (wanted + rod.elements() - 1) / rod.elements());
         else if (largest_piece > newton_piece)
             merge_elements(rod, wanted);
-        const double piece = whole / rod.elements();
-        rod.integration = {8, std::max(1, static_cast<int>(std::ceil(piece / step)))};
+        rod.integration = {8, std::max(1, static_cast<int>(std::ceil(whole / (rod.elements() * step))))};
+    }
+    // Pieces beside each other cost less than steps after each other, where few of them leave lanes empty.
+    constexpr int side_by_side = 8;
+    int pieces = 0;
+    for (const RodShape& rod : shape.rods) pieces += rod.elements() * rod.integration.steps;
+    if (pieces > side_by_side) return;
+    for (RodShape& rod : shape.rods) {
+        split_elements(rod, rod.integration.steps);
+        rod.integration.steps = 1;
     }
 }
 
