@@ -26,7 +26,8 @@ def reference() -> sl.Limb:
 def plain(limb: sl.Limb, pressures: Any, **given: Any) -> Any:
     """What the short way alone says: a posture of the core, or None."""
     arguments = {
-        "rest_lengths": None, "gravity": (0.0, 0.0, 0.0), "tip_force": (0.0, 0.0, 0.0), "tip_moment": (0.0, 0.0, 0.0), "frame": "base",
+        "rest_lengths": None,
+        "gravity": (0.0, 0.0, 0.0), "tip_force": (0.0, 0.0, 0.0), "tip_moment": (0.0, 0.0, 0.0), "frame": "base",
         "tolerance": 1e-6, "start": None, "prefer_stable": True, "section": "tangent", "valve": "open",
     } | given  # fmt: skip
     return limb._plain.solve(pressures, *arguments.values())
