@@ -170,6 +170,22 @@ def test_a_path_of_targets_is_followed_from_answer_to_answer(limb: sl.Limb) -> N
     assert_allclose(found.pressures, cold.pressures, rtol=0.0, atol=2e-3 * HIGHEST)
 
 
+def test_an_answer_is_corrected_by_its_own_gap_and_a_path_of_poses_needs_no_new_start(limb: sl.Limb) -> None:
+    # Postures on the way are integrated to the tolerance of a search: corrected by their gaps alone, steps of such a
+    # path ended just outside the tolerance, and the search began again from nothing.
+    generator = np.random.default_rng([20261122, 1, 0])
+    first, last = generator.uniform(0.0, HIGHEST, (2, 9))
+    direction = generator.normal(size=3)
+    scene = {"gravity": (0.0, 0.0, 9.81), "tip_force": 0.2 * direction / np.linalg.norm(direction)}
+    found = None
+    for share in np.linspace(0.64, 0.70, 7):
+        target = limb.solve(first + (last - first) * share, **scene).tip
+        found = limb.reach(pose=target, max_pressure=HIGHEST, start=found, **scene)
+        assert found.reached and found.posture.stable and (found.starts == 0 or share == 0.64)
+        error = found.error
+        assert error.relative <= 1e-6 and error.rotation is not None and error.rotation <= 1e-6
+
+
 def test_a_posture_may_be_the_start_and_a_bad_one_gives_way(limb: sl.Limb) -> None:
     (posture,) = random_postures(limb, 1, 17)
     near = limb.reach(pose=posture.tip, max_pressure=HIGHEST, start=posture, **HANGING)

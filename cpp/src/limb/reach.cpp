@@ -231,6 +231,8 @@ private:
             if (answer.reached || found.ending != Ending::near || round == most) break;
             point.at.shape = answer.posture.shape;
             if (!look(point, strict.tolerance)) break;
+            // A look integrates the rods to the tolerance of a search; the gap to be closed is that of the answer.
+            judge(point, answer.posture.shape.plates.back());
             const VectorXd step = back_to_target(point);
             point.at.shape = limb_.predicted(point.at, unit_ * step);
             point.place = inside(point.place + step);
