@@ -2,10 +2,12 @@
 #include <algorithm>
 #include <functional>
 
+#include "allocations.hpp"
 #include "check.hpp"
 #include "examples.hpp"
 #include "same_bits.hpp"
 #include "softlimb/limb/descent.hpp"
+#include "softlimb/limb/equilibrium.hpp"
 #include "softlimb/limb/start.hpp"
 
 using namespace softlimb;
@@ -76,6 +78,32 @@ CLAIM(a_warm_solve_finds_the_cold_answer_in_fewer_iterations) {
     CHECK_NEAR(a.position, b.position, 2e-6 * reference().geometry->length);
     const Shape from_plates = start_from_plates(*reference().geometry, scene, cold.solution.shape.plates);
     check_solved(posture_of(reference().geometry, scene, {}, &from_plates));
+}
+
+CLAIM(once_warm_newton_and_the_descent_take_no_memory) {
+    const Geometry& geometry = *reference().geometry;
+    const Scene scene = complex_posture();
+    const Shape coarse = geodesic_shape(geometry, scene, constant_curvature_plates(geometry, scene), 2);
+    for (const double tolerance : {1e-3, 1e-6, 1e-9}) {
+        // The first round finds out how much room there is to be, the second must find it there.
+        for (const bool warm : {false, true}) {
+            Shape shape = coarse;
+            solve::Work work(1'000'000L, {});
+            long before = allocations();
+            const DescentReport descent = Descent(geometry, scene, work).run(shape, {});
+            // The point that a descent tries is a shape of its own: plates, and nodes and wrenches of every rod.
+            const long of_a_shape = 2 + 2 * static_cast<long>(shape.rods.size());
+            if (warm) CHECK(allocations() - before <= of_a_shape);
+            CHECK(descent.status == SolveStatus::converged && descent.iterations > 3);
+            set_geodesic_wrenches(scene, shape, Stiffness::softened);
+            choose_mesh(scene, tolerance, shape, warm_piece);
+            Equilibrium equilibrium(geometry, scene);
+            before = allocations();
+            const NewtonReport newton = equilibrium.solve(shape, {.tolerance = tolerance}, work);
+            if (warm) CHECK(allocations() == before);
+            CHECK(newton.status == SolveStatus::converged && newton.iterations > 1);
+        }
+    }
 }
 
 CLAIM(the_standing_limb_leaves_its_unstable_posture_and_any_equilibrium_may_be_asked_for) {
