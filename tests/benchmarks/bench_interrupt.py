@@ -58,6 +58,13 @@ def phases() -> dict[str, Callable[[], Callable[[], Any]]]:
         limb = sl.Limb([sl.Segment([tube] * 3, ring_radius=0.028, plate=sl.Plate(0.025, 0.14))])
         return lambda: limb.solve([55e3] * 3, gravity=(0.0, 0.0, 9.81))
 
+    def linear(found: Any) -> Any:
+        found.__dict__.pop("_linear", None)  # kept otherwise, as is the compliance
+        found.__dict__.pop("compliance", None)
+        return found.compliance
+
+    bent = reference()()
+    reference_tip = bent.limb.solve(bent.pressures, tip_force=(0.3, 0.0, 0.0)).tip
     tube = presets.reference_limb().segments[0].actuators[0]
     stretch = np.linspace(1.0, 2.0, 5000)
     law = sl.Ogden(mu=[6e5, 1e3, -1e4], alpha=[1.3, 5.0, -2.0])
@@ -77,14 +84,24 @@ def phases() -> dict[str, Callable[[], Callable[[], Any]]]:
         "clearance, 12 x 10 rods": lambda: again(lambda found: found._solved.clearance([0.004] * 120, 33)),
         "clearance, 30 x 10 rods": lambda: again(lambda found: found._solved.clearance([0.004] * 300, 33), 30),
         "verify, 30 x 40 rods": lambda: again(lambda found: found.verify(), 30, 40),
-        "compliance, 30 x 40 rods": lambda: again(lambda found: found._solved.compliance(), 30, 40),
-        "compliance, 12 x 10 rods": lambda: again(lambda found: found._solved.compliance()),
+        "compliance, 30 x 40 rods": lambda: again(linear, 30, 40),
+        "compliance, 12 x 10 rods": lambda: again(linear),
+        "derivatives, 12 x 10 rods": lambda: again(
+            lambda found: found.derivative(("plates", "centreline"), ("length", "section", "gravity"))
+        ),
         "centreline of 20 000 points": lambda: again(lambda found: found.centreline(20_000)),
         "a path through a fold": lambda: lambda: sl.Limb([_ring(3)] * 3).follow(
             lambda force: {"tip_force": (0.0, 0.001, -force)}, 0.0, 3.0
         ),
         "a payload": lambda: lambda: presets.reference_limb().payload(
             (1.0, 0.0, 0.0), pressures=[30e3] * 9, gravity=(0.0, 0.0, 9.81)
+        ),
+        "a reach": lambda: lambda: presets.reference_limb().reach(position=(0.5, 0.0, 0.1), max_pressure=80e3),
+        "a reach by the paper": lambda: lambda: presets.reference_limb().reach(
+            pose=bent.tip, max_pressure=80e3, method="paper"
+        ),
+        "a sensed force": lambda: lambda: bent.limb.sense(
+            bent.pressures, tip_pose=reference_tip, covariance=1e-8 * np.eye(6)
         ),
         "sweep": lambda: lambda: presets.reference_limb().sweep(np.zeros((100_000, 9)), progress=False).interrupted,
         "a tube's 1e6 pressures": lambda: lambda: tube.inflate(np.linspace(0.0, 90e3, 1_000_000)),
