@@ -654,8 +654,9 @@ class Limb:
         progress : bool
             Show a progress bar when tqdm is installed.
         ordered : bool
-            Let each row start from the posture of the one before, in groups of 32 rows, the first of which starts by
-            itself: for rows that are neighbours on a path, faster, and on the path's side of two stable postures.
+            Let each row start from where the rows before it lead, in groups of 32 rows, the first of which starts by
+            itself: from the nearest, and along a line of rows by a parabola. For rows that are neighbours on a path or
+            grid: several times faster, and on the path's side of two stable postures.
         file : str or path, optional
             Where the rows go as they are solved: a million take little memory, and a sweep that is killed goes on from
             its file when it is called again. The finished file is the same bit for bit.

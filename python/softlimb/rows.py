@@ -113,7 +113,7 @@ def solve_rows(
     threads : int
         How many may work at once; no bit of the rows depends on it.
     ordered : bool
-        Rows 0..31, 32..63, ... are groups in which a row starts from the posture before it, where that succeeded.
+        Rows 0..31, 32..63, ... are groups in which a row starts from where those before it lead that succeeded.
         Otherwise a row depends on itself alone.
     tick : callable
         Called about ten times a second, from the thread of the caller, with the number of rows done; false stops, and

@@ -67,11 +67,16 @@ void choose_mesh(const Scene& scene, double tolerance, Shape& shape, double larg
         const Section& section = scene.rods[i].section;
         const double whole = std::min(rod_activity(section, rod, scene.rods[i].rest_length),
                                       std::max(largest_piece * rod.elements(), largest_rod));
-        const int wanted = std::max(1, static_cast<int>(std::ceil(whole / largest_piece)));
-        if (wanted > rod.elements())
-            split_elements(rod, (wanted + rod.elements() - 1) / rod.elements());
+        const auto wanted = [&](double length) {
+            return std::max(1, static_cast<int>(std::ceil(length / largest_piece)));
+        };
+        // Pieces are joined only where they would not be split at once: from solve to solve a rod near the edge keeps
+        // its mesh, and a sweep may go on from the shapes before.
+        constexpr double room = 1.2;
+        if (wanted(whole) > rod.elements())
+            split_elements(rod, (wanted(whole) + rod.elements() - 1) / rod.elements());
         else if (largest_piece > newton_piece)
-            merge_elements(rod, wanted);
+            merge_elements(rod, wanted(room * whole));
         rod.integration = {8, std::max(1, static_cast<int>(std::ceil(whole / (rod.elements() * step))))};
     }
     // Pieces beside each other cost less than steps after each other, where few of them leave lanes empty.

@@ -95,20 +95,33 @@ void apply(const Geometry& geometry, const Moves& moves, double factor, Shape& s
     attach_rods(geometry, shape);
 }
 
-bool extrapolate(const Geometry& geometry, const Shape& older, const Shape& newer, double factor, Shape& to) {
-    for (std::size_t i = 0; i < newer.rods.size(); ++i)
-        if (older.rods[i].elements() != newer.rods[i].elements()) return false;
-    const auto on = [factor](const Pose& a, const Pose& b) -> Pose {
-        const Vector3 turn = log_so3(b.rotation * a.rotation.transpose());
-        return {b.position + factor * (b.position - a.position), orthonormalised(exp_so3(factor * turn) * b.rotation)};
+bool extrapolate(const Geometry& geometry, const Shape& last, std::initializer_list<Share> shares, Shape& to) {
+    for (const Share& share : shares)
+        for (std::size_t i = 0; i < last.rods.size(); ++i)
+            if (share.shape->rods[i].elements() != last.rods[i].elements()) return false;
+    to = last;
+    // `pose_of` finds in any of the shapes what becomes `moved`.
+    const auto move = [&](Pose& moved, auto&& pose_of) {
+        const Pose from = moved;
+        Vector3 shift = Vector3::Zero(), turn = Vector3::Zero();
+        for (const Share& share : shares) {
+            const Pose& there = pose_of(*share.shape);
+            shift += share.weight * (there.position - from.position);
+            turn += share.weight * log_so3(there.rotation * from.rotation.transpose());
+        }
+        moved = {from.position + shift, orthonormalised(exp_so3(turn) * from.rotation)};
     };
-    to = newer;
-    for (std::size_t j = 0; j < to.plates.size(); ++j) to.plates[j] = on(older.plates[j], newer.plates[j]);
+    for (std::size_t j = 0; j < to.plates.size(); ++j)
+        move(to.plates[j], [j](const Shape& shape) -> const Pose& { return shape.plates[j]; });
     for (std::size_t i = 0; i < to.rods.size(); ++i) {
-        const RodShape &a = older.rods[i], &b = newer.rods[i];
         RodShape& rod = to.rods[i];
-        for (int e = 1; e < rod.elements(); ++e) rod.nodes[e] = on(a.nodes[e], b.nodes[e]);
-        for (int e = 0; e < rod.elements(); ++e) rod.wrenches[e] += factor * (b.wrenches[e] - a.wrenches[e]);
+        for (int e = 1; e < rod.elements(); ++e)
+            move(rod.nodes[e], [i, e](const Shape& shape) -> const Pose& { return shape.rods[i].nodes[e]; });
+        for (int e = 0; e < rod.elements(); ++e) {
+            const Vector6 from = rod.wrenches[e];
+            for (const Share& share : shares)
+                rod.wrenches[e] += share.weight * (share.shape->rods[i].wrenches[e] - from);
+        }
     }
     attach_rods(geometry, to);
     return true;

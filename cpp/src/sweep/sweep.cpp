@@ -9,9 +9,9 @@
 #include <mutex>
 #include <thread>
 
-#include "softlimb/limb/moves.hpp"
 #include "softlimb/limb/posture.hpp"
 #include "softlimb/limb/start.hpp"
+#include "softlimb/sweep/trail.hpp"
 
 namespace softlimb::sweep {
 
@@ -45,7 +45,7 @@ limb::Solution solve_row(const limb::Geometry& geometry, const limb::Scene& scen
 
 class Worker {
 public:
-    explicit Worker(Job& job) : job_(job) {
+    explicit Worker(Job& job) : job_(job), trail_(job.members.actuators()) {
         // The posture only looks at the geometry, which outlives it.
         posture_.geometry = std::shared_ptr<const limb::Geometry>(std::shared_ptr<void>(), &job.geometry);
         posture_.scene = job.scene;
@@ -59,7 +59,7 @@ public:
         while (!job_.stop) {
             const std::int64_t first = job_.next.fetch_add(block);
             if (first >= job_.rows) return;
-            forget();
+            trail_.clear();
             for (std::int64_t row = first; row < std::min(first + block, job_.rows); ++row) {
                 if (job_.stop) return;
                 try {
@@ -90,7 +90,7 @@ private:
             solution.residual = std::numeric_limits<double>::infinity();
             message = job_.members.reason(refusal);
         } else {
-            solution = solve_row(job_.geometry, posture_.scene, options_, start_of_row(row));
+            solution = solve_row(job_.geometry, posture_.scene, options_, start_of_row(pressures));
             message = solution.message;
         }
         limb::Clearance nearest;
@@ -100,46 +100,16 @@ private:
         }
         if (message != "converged") messages.push_back({row, std::move(message)});
         write(row, nearest);
-        if (!options.ordered || solution.status != SolveStatus::converged) {
-            forget();
-            return;
-        }
-        std::swap(before_, earlier_);
-        before_ = std::move(solution.shape);
+        if (options.ordered && solution.status == SolveStatus::converged)
+            trail_.add(pressures, std::move(solution.shape));
     }
 
-    void forget() {
-        before_.reset();
-        earlier_.reset();
-    }
-
-    /// From the rows before it, where they are in its chunk and converged; else what the sweep was given.
-    const limb::Shape* start_of_row(std::int64_t row) {
-        if (before_) {
-            if (const double further = way_on(row);
-                earlier_ && further > 0.0 && limb::extrapolate(job_.geometry, *earlier_, *before_, further, ahead_))
-                return &ahead_;
-            return &*before_;
-        }
+    /// From the rows of its chunk that converged; else what the sweep was given.
+    const limb::Shape* start_of_row(const double* pressures) {
+        if (const limb::Shape* shape = trail_.start(job_.geometry, pressures)) return shape;
         if (!job_.options.start_plates) return job_.options.start;
-        before_ = limb::start_from_plates(job_.geometry, posture_.scene, *job_.options.start_plates);
-        return &*before_;
-    }
-
-    /// How far the pressures go on in the direction that they came from, in units of the step before: zero where they
-    /// turn aside by more than a tenth, or go further than twice as far.
-    double way_on(std::int64_t row) const {
-        if (!earlier_) return 0.0;
-        const int count = job_.members.actuators();
-        const double* here = job_.pressures + row * count;
-        const double *last = here - count, *first = last - count;
-        double along = 0.0, before = 0.0, ahead = 0.0;
-        for (int i = 0; i < count; ++i) {
-            const double a = last[i] - first[i], b = here[i] - last[i];
-            along += a * b, before += a * a, ahead += b * b;
-        }
-        if (!(along > 0.0) || along * along < 0.99 * before * ahead || ahead > 4.0 * before) return 0.0;
-        return along / before;
+        given_ = limb::start_from_plates(job_.geometry, posture_.scene, *job_.options.start_plates);
+        return &given_;
     }
 
     void write(std::int64_t row, const limb::Clearance& nearest) const {
@@ -162,7 +132,6 @@ private:
 
     /// Nothing that a row meets may end the others.
     void fail(std::int64_t row, const char* what) {
-        forget();
         job_.answers.success[row] = false;
         job_.answers.status[row] = static_cast<std::int8_t>(SolveStatus::no_progress);
         try {
@@ -174,8 +143,8 @@ private:
     Job& job_;
     limb::Posture posture_;
     limb::SolveOptions options_;
-    std::optional<limb::Shape> before_, earlier_;  // shapes of the last two rows of an ordered sweep
-    limb::Shape ahead_;                            // where they lead
+    Trail trail_;        // of an ordered sweep's chunk
+    limb::Shape given_;  // the start that the sweep was given, as a shape
 };
 
 /// Waits until everybody is done, and looks up ten times a second.

@@ -47,7 +47,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     parser.add_argument("--threads", type=int, metavar="N", help="rows that are solved at once (default: all cores)")
     parser.add_argument(
-        "--ordered", action="store_true", help="each row starts from the posture before it, in groups of 32 rows"
+        "--ordered", action="store_true", help="each row starts from the postures before it, in groups of 32 rows"
     )
     parser.add_argument("--no-progress", action="store_true", help="no progress bar")
 

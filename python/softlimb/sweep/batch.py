@@ -66,7 +66,7 @@ class Batch:
     interrupted : bool
         True when rows are missing; these have status "not_run".
     ordered : bool
-        Rows were solved in groups of 32, each row from the one before.
+        Rows were solved in groups of 32, each row from those before it.
     builds : tuple of str
         Versions, cores and instruction sets that solved the rows; one, unless workers or sessions differed.
     file : Path, optional

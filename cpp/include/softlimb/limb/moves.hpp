@@ -29,8 +29,13 @@ double inner_product(const Moves& a, const Moves& b, double length);
 /// Moves plates, interior nodes and wrenches of `shape` by `factor` times the moves; rods stay on their plates.
 void apply(const Geometry& geometry, const Moves& moves, double factor, Shape& shape);
 
-/// Goes on from `newer` by `factor` times the way from `older` to it: poses along the turn and the shift between them,
-/// wrenches in proportion. False where the two differ in their meshes; `to` is then untouched.
-bool extrapolate(const Geometry& geometry, const Shape& older, const Shape& newer, double factor, Shape& to);
+/// A shape and how much of the way to it is gone.
+struct Share {
+    const Shape* shape;
+    double weight;
+};
+/// From `last` by shares of the ways from it to other shapes: poses along the turns and the shifts, wrenches in
+/// proportion. A negative share leads away. False where meshes differ; `to` is then untouched.
+bool extrapolate(const Geometry& geometry, const Shape& last, std::initializer_list<Share> shares, Shape& to);
 
 }  // namespace softlimb::limb

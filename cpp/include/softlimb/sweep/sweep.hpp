@@ -21,7 +21,7 @@ struct SweepOptions {
     actuator::Valve valve = actuator::Valve::open;
     double tolerance = 1e-6;
     bool prefer_stable = true;
-    bool ordered = false;  // each row starts from the one before it, within chunks
+    bool ordered = false;  // each row starts from those before it in its chunk, see trail.hpp
     int threads = 1;
     const limb::Shape* start = nullptr;               // of rows that start by themselves: a shape,
     const std::vector<Pose>* start_plates = nullptr;  // or plates; neither: by limb::solve's own rule
