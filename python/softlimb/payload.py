@@ -19,7 +19,7 @@ __all__ = ["Payload", "payload", "payload_in_few_steps"]
 Array = NDArray[np.float64]
 Limit = Literal["fold", "bifurcation", "deflection", "pressure", "force", "lost"]
 
-_NEAR_LIMIT = 1e-6  # of the deflection allowed: about the tip's own error at the default tolerance
+_NEAR_LIMIT = 1e-6  # of the deflection allowed, where the tip itself is known better than that
 _NEAR_EVENT = 1e-4  # of the force at which stability ends
 
 _LIMITS: dict[Limit, str] = {
@@ -163,7 +163,8 @@ def payload_in_few_steps(
     Returns
     -------
     Payload
-        The force to 1e-6 of itself where the deflection limits it, to 1e-4 where stability does.
+        Where the deflection limits the force, it is met to the tolerance of the posture (of the limb's length, 1e-6 of
+        the deflection at best); where stability does, the force is found to 1e-4 of itself.
 
     Raises
     ------
@@ -190,14 +191,19 @@ def payload_in_few_steps(
     def at(force: float, start: Posture) -> Posture:
         return limb.solve(**given, **common, tip_force=loads["tip_force"] + force * along, start=start)
 
-    force, posture, near = 0.0, unloaded, _NEAR_LIMIT * allowed
+    force, posture = 0.0, unloaded
+    passed = [(force, posture)]
+    near = max(_NEAR_LIMIT * allowed, unloaded.tolerance * limb.length)
     while True:
         moved = posture.tip[:3, 3] - unloaded.tip[:3, 3]
         distance = float(np.linalg.norm(moved))
-        if abs(distance - allowed) <= near:
-            return Payload(force, "deflection", posture, unloaded)
-        if force >= largest:
-            return Payload(force, "force", posture, unloaded)
+        done = abs(distance - allowed) <= near
+        if (done or force >= largest) and (len(passed) == 1 or _stands(posture)):
+            return Payload(force, "deflection" if done else "force", posture, unloaded)
+        if done or force >= largest or not posture.stable:
+            stands = [each for each in passed if each[0] < force and _stands(each[1])]
+            falls = [each for each in passed if not stands or each[0] > stands[-1][0]]
+            return _where_stability_ends(at, unloaded, along, stands[-1] if stands else passed[0], falls[0])
         rate = posture.compliance[:3, :3] @ along
         growth = float(np.linalg.norm(rate) if distance == 0.0 else moved @ rate / distance)
         step = (allowed - distance) / growth if growth > 0.0 else np.inf
@@ -211,13 +217,12 @@ def payload_in_few_steps(
             if abs(step) <= _NEAR_EVENT * (force + abs(step)):
                 return Payload(force, "fold", posture, unloaded)
             step *= 0.5
-        if not _stands(found):
-            return _where_stability_ends(at, unloaded, along, (force, posture), (force + step, found))
         force, posture = force + step, found
+        passed.append((force, posture))
 
 
 def _stands(posture: Posture) -> bool:
-    """Stable, and not by rounding: counting modes leaves a margin that the smallest stiffness does not need."""
+    """Stable, and not by a margin: modes are counted with one for rounding, which the smallest stiffness needs not."""
     return posture.success and posture.stable and posture.smallest_stiffness > 0.0
 
 

@@ -27,14 +27,17 @@ from softlimb.design.criteria import (
     WorkspaceVolume,
 )
 from softlimb.design.history import History
+from softlimb.design.many import evaluate_many
 from softlimb.design.numbers import LimbNumbers
 from softlimb.design.optimise import ALGORITHMS, optimise
 from softlimb.design.optimum import Active, Optimum
 from softlimb.design.parameters import Factor, FibrePitch, Number, Parameter, RadiusRatio, Rule, TubeScale
 from softlimb.design.problem import Constraint, Evaluation, Problem
+from softlimb.design.radius_ratio import FLEXIBILITIES, RatioStudy, radius_ratio
 
 __all__ = [
     "ALGORITHMS",
+    "FLEXIBILITIES",
     "SIX_DIRECTIONS",
     "Active",
     "BallooningMargin",
@@ -60,6 +63,7 @@ __all__ = [
     "Problem",
     "Product",
     "RadiusRatio",
+    "RatioStudy",
     "RingGap",
     "Rule",
     "StabilityMargin",
@@ -69,5 +73,7 @@ __all__ = [
     "WorkspaceBox",
     "WorkspaceReach",
     "WorkspaceVolume",
+    "evaluate_many",
     "optimise",
+    "radius_ratio",
 ]

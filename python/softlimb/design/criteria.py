@@ -9,8 +9,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
-from typing import Any, Literal
+from functools import partial
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -58,6 +58,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 Slopes = Mapping[str, float]
+_Answer = TypeVar("_Answer")
 
 SIX_DIRECTIONS = tuple(tuple(sign * float(k == axis) for k in range(3)) for axis in range(3) for sign in (1.0, -1.0))
 """Along the axes of the base frame, both ways."""
@@ -118,8 +119,17 @@ def _by_numbers(posture: Posture, **weights: Any) -> dict[str, float]:
     return dict(zip(found.columns, found.values.tolist(), strict=True))
 
 
+def _kept(limb: Limb, key: tuple[Any, ...], make: Callable[[], _Answer]) -> _Answer:
+    """An answer of a limb that several criteria ask for, computed once."""
+    answers: dict[Any, _Answer] = limb.__dict__.setdefault("_design_answers", {})
+    if key not in answers:
+        answers[key] = make()
+    return answers[key]
+
+
 def _posture(limb: Limb, pressures: Any, scene: Mapping[str, Any]) -> Posture:
-    posture = limb.solve(pressures, **scene)
+    key = ("posture", joined("pressures", pressures).tobytes(), repr(scene))
+    posture = _kept(limb, key, lambda: limb.solve(pressures, **scene))
     if not posture.success or not posture.stable:
         raise DesignFailure(f"no stable posture: {posture.message}")
     return posture
@@ -216,16 +226,21 @@ class Payload(Criterion):
     @property
     def name(self) -> str:
         """With the number of directions."""
-        count = len(np.asarray(self.directions))
-        return "payload" if count == 1 else f"{self.combine} payload of {count} directions"
+        along = np.asarray(self.directions, dtype=float)
+        if len(along) == 1:
+            return f"payload along ({', '.join(f'{x:g}' for x in along[0])})"
+        return f"{self.combine} payload of {len(along)} directions"
 
     def by_direction(self, limb: Limb) -> list[LimbPayload]:
         """Force, limit and posture of each direction; DesignFailure as for the value."""
         unloaded = _posture(limb, self.pressures, self.scene)
-        return [
-            payload_in_few_steps(unloaded, along, max_deflection=self.max_deflection)
-            for along in np.asarray(self.directions, dtype=float)
-        ]
+
+        def one(along: Array) -> LimbPayload:
+            key = ("payload", id(unloaded), self.max_deflection, along.tobytes())
+            make = partial(payload_in_few_steps, unloaded, along, max_deflection=self.max_deflection)
+            return _kept(limb, key, make)
+
+        return [one(along) for along in np.asarray(self.directions, dtype=float)]
 
     def evaluate(self, limb: Limb, slopes: bool) -> tuple[float, Slopes | None]:
         """Exact where the deflection is the limit."""
@@ -482,21 +497,20 @@ class PressureSet:
         return rows
 
     def sweep(self, limb: Limb) -> Batch:
-        """Postures of a limb at these pressures, kept for the limb that was asked last.
+        """Postures of a limb at these pressures, kept with the limb.
 
         Raises
         ------
         DesignFailure
             A row has no stable posture.
         """
-        return _swept(limb, self)
+        return _kept(limb, ("sweep", repr(self)), lambda: _swept(limb, self))
 
     def __repr__(self) -> str:
         scene = f", scene={dict(self.scene)!r}" if self.scene else ""
         return f"PressureSet({self.max_pressure!r}, {self.count}, {self.seed}, {self.fastest!r}{scene})"
 
 
-@lru_cache(maxsize=2)
 def _swept(limb: Limb, pressures: PressureSet) -> Batch:
     rows = pressures.rows(len(limb._tubes))
     batch = limb.sweep(rows, threads=1, progress=False, ordered=True, **pressures.scene)
@@ -514,20 +528,22 @@ class _OfWorkspace(Criterion):
     pressures: PressureSet
 
     @abstractmethod
-    def _of_tips(self, tips: Array) -> tuple[float, dict[int, Array]]:
-        """Value, and by number of a posture the weights of its tip (6,), those that are zero left out."""
+    def _of_tips(self, tips: Array, slopes: bool) -> tuple[float, dict[int, Array]]:
+        """Value, and where asked for by number of a posture its tip's weights (6,), those that are zero left out."""
 
     def evaluate(self, limb: Limb, slopes: bool) -> tuple[float, Slopes | None]:
         """Exact: postures that count are solved once more for their derivatives."""
         tips = self.pressures.sweep(limb).tip
-        value, weights = self._of_tips(tips)
+        value, weights = self._of_tips(tips, slopes)
         if not slopes:
             return value, None
         rows = self.pressures.rows(len(limb._tubes))
         parts = []
         for number, weight in weights.items():
             near = self.pressures.sweep(limb).plates[number]
-            posture = _posture(limb, rows[number], {**self.pressures.scene, "start": near})
+            posture = limb.solve(rows[number], start=near, **self.pressures.scene)
+            if not posture.success or not posture.stable:
+                raise DesignFailure(f"row {number} of the workspace is not found again: {posture.message}")
             parts.append((1.0, _by_numbers(posture, tip=weight)))
         return value, _added(parts)
 
@@ -540,7 +556,7 @@ class WorkspaceVolume(_OfWorkspace):
     name = "workspace volume"
     unit = "m^3"
 
-    def _of_tips(self, tips: Array) -> tuple[float, dict[int, Array]]:
+    def _of_tips(self, tips: Array, slopes: bool) -> tuple[float, dict[int, Array]]:
         try:
             from scipy.spatial import ConvexHull  # type: ignore[import-untyped, unused-ignore]
         except ModuleNotFoundError:
@@ -548,7 +564,7 @@ class WorkspaceVolume(_OfWorkspace):
         points = tips[:, :3, 3] - tips[:, :3, 3].mean(axis=0)
         hull = ConvexHull(points)
         weights: dict[int, Array] = {}
-        for corners, plane in zip(hull.simplices, hull.equations, strict=True):
+        for corners, plane in zip(hull.simplices, hull.equations, strict=True) if slopes else ():
             # Six volumes of the pyramid over a facet are a determinant, linear in each corner.
             a, b, c = (points[k] for k in corners)
             sign = np.sign(np.cross(b - a, c - a) @ plane[:3])
@@ -580,7 +596,7 @@ class WorkspaceBox(_OfWorkspace):
         """With the axis."""
         return f"workspace along {self.axis}"
 
-    def _of_tips(self, tips: Array) -> tuple[float, dict[int, Array]]:
+    def _of_tips(self, tips: Array, slopes: bool) -> tuple[float, dict[int, Array]]:
         along = "xyz".index(self.axis)
         places = tips[:, along, 3]
         low, high, one = int(np.argmin(places)), int(np.argmax(places)), np.eye(6)[along]
@@ -595,7 +611,7 @@ class WorkspaceReach(_OfWorkspace):
     name = "workspace reach"
     unit = "m"
 
-    def _of_tips(self, tips: Array) -> tuple[float, dict[int, Array]]:
+    def _of_tips(self, tips: Array, slopes: bool) -> tuple[float, dict[int, Array]]:
         sideways = np.linalg.norm(tips[:, :2, 3], axis=1)
         far = int(np.argmax(sideways))
         weight = np.zeros(6)
@@ -611,11 +627,11 @@ class Bending(_OfWorkspace):
     name = "mean bending angle"
     unit = "rad"
 
-    def _of_tips(self, tips: Array) -> tuple[float, dict[int, Array]]:
+    def _of_tips(self, tips: Array, slopes: bool) -> tuple[float, dict[int, Array]]:
         axes = tips[:, :3, 2]
         sideways = np.linalg.norm(axes[:, :2], axis=1)
         weights = {}
-        for k in np.flatnonzero(sideways > 0.0):
+        for k in np.flatnonzero(sideways > 0.0) if slopes else ():
             # The angle grows by the rotation about the axis e_z x t.
             weights[int(k)] = np.array([0, 0, 0, -axes[k, 1], axes[k, 0], 0]) / sideways[k] / len(tips)
         return float(np.arctan2(sideways, axes[:, 2]).mean()), weights

@@ -118,6 +118,7 @@ def _written(evaluation: Evaluation) -> dict[str, Any]:
         "values": evaluation.values,
         "objective": evaluation.objective,
         "constraints": evaluation.constraints,
+        "also": evaluation.also,
     }
     if evaluation.gradients is not None:
         found |= {"gradients": evaluation.gradients, "by_differences": evaluation.by_differences}
@@ -135,6 +136,7 @@ def _read(line: dict[str, Any], parameters: int) -> Evaluation:
         values,
         float(line["objective"]),
         tuple(float(value) for value in line["constraints"]),
+        tuple(float(value) for value in line["also"]),
         None if gradients is None else tuple(tuple(float(slope) for slope in row) for row in gradients),
         tuple(line.get("by_differences", ())),
     )

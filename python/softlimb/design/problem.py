@@ -83,6 +83,8 @@ class Evaluation:
         NaN where the design failed.
     constraints : tuple of float
         Values of the constraints' criteria; empty where the design failed.
+    also : tuple of float
+        Values of the criteria that are only recorded; empty where the design failed.
     gradients : tuple of tuples of float, or None
         Objective first, then constraints, by each parameter; None where not asked for.
     by_differences : tuple of str
@@ -94,6 +96,7 @@ class Evaluation:
     values: tuple[float, ...]
     objective: float
     constraints: tuple[float, ...] = ()
+    also: tuple[float, ...] = ()
     gradients: tuple[tuple[float, ...], ...] | None = None
     by_differences: tuple[str, ...] = ()
     failure: str = ""
@@ -116,6 +119,8 @@ class Problem:
     objective : Criterion
     sense : {"maximise", "minimise"}
     constraints : sequence of Constraint
+    also : sequence of Criterion
+        Recorded with every design.
 
     Raises
     ------
@@ -132,6 +137,7 @@ class Problem:
         objective: Criterion,
         sense: Sense = "maximise",
         constraints: Sequence[Constraint] = (),
+        also: Sequence[Criterion] = (),
     ) -> None:
         self.numbers = LimbNumbers(limb)
         self.parameters = tuple(parameters)
@@ -140,13 +146,15 @@ class Problem:
         for parameter in self.parameters:
             if not isinstance(parameter, Parameter):
                 raise TypeError(f"parameters must each be a Parameter, got {shown(parameter)}")
-        if not isinstance(objective, Criterion):
-            raise TypeError(f"objective must be a Criterion, got {shown(objective)}")
+        for criterion in (objective, *also):
+            if not isinstance(criterion, Criterion):
+                raise TypeError(f"objective and also must be made of criteria, got {shown(criterion)}")
         one_of("sense", sense, ("maximise", "minimise"))
         for constraint in constraints:
             if not isinstance(constraint, Constraint):
                 raise TypeError(f"constraints must each be a Constraint, got {shown(constraint)}")
         self.objective, self.sense, self.constraints = objective, sense, tuple(constraints)
+        self.also = tuple(also)
         names = [parameter.name for parameter in self.parameters]
         if len(set(names)) != len(names):
             raise ValueError(f"parameters must have different names, got {', '.join(names)}")
@@ -206,6 +214,7 @@ class Problem:
         try:
             limb = self.limb(x)
             found = [criterion.evaluate(limb, gradients) for criterion in self.criteria]
+            also = [criterion.value(limb) for criterion in self.also]
             rows, differenced = None, []
             if gradients:
                 slopes = slopes_at(self.numbers, self.parameters, x)
@@ -222,13 +231,15 @@ class Problem:
         except (ValueError, RuntimeError) as error:
             return Evaluation(given, np.nan, failure=" ".join(str(error).split()))
         numbers_found = [float(value) for value, _ in found]
-        wrong = [c.name for c, v in zip(self.criteria, numbers_found, strict=True) if not np.isfinite(v)]
+        judged = zip((*self.criteria, *self.also), (*numbers_found, *also), strict=True)
+        wrong = [criterion.name for criterion, value in judged if not np.isfinite(value)]
         if wrong:
             return Evaluation(given, np.nan, failure=f"{wrong[0]} is not finite")
         return Evaluation(
             given,
             numbers_found[0],
             tuple(numbers_found[1:]),
+            tuple(also),
             None if rows is None else tuple(tuple(row) for row in rows.tolist()),
             tuple(self.criteria[k].name for k in differenced),
         )
@@ -262,7 +273,7 @@ class Problem:
             "limb": repr(self.numbers.template),  # to six digits; the numbers have all
             "numbers": {label: self.numbers.given(label) for label in self.numbers.labels},
             "parameters": [_text(parameter) for parameter in self.parameters],
-            "criteria": [_text(criterion) for criterion in self.criteria],
+            "criteria": [_text(criterion) for criterion in (*self.criteria, *self.also)],
         }
 
     def __repr__(self) -> str:
