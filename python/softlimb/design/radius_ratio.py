@@ -115,22 +115,32 @@ class RatioStudy:
         ValueError
             The weight is not within 0 and 1, or flexibility is none of the three.
         """
-        merit = np.log(self.merit(payload_weight, kind))
-        k = int(np.argmax(merit))
-        if k in (0, len(merit) - 1):
-            return float(self.ratios[k])
-        x, y = self.ratios[k - 1 : k + 2] - self.ratios[k], merit[k - 1 : k + 2]
-        curve, slope, _ = np.polyfit(x, y, 2)
-        return float(self.ratios[k] - 0.5 * slope / curve) if curve < 0.0 else float(self.ratios[k])
+        return float(self._best_of(np.array([_weight(payload_weight)]), kind)[0])
+
+    def _best_of(self, weights: Array, kind: str) -> Array:
+        """The best ratio for each weight, shape (weights,)."""
+        logs = np.outer(weights, np.log(self.payload)) + np.outer(1.0 - weights, np.log(self.flexibility(kind)))
+        each, k = np.arange(len(weights)), np.argmax(logs, axis=1)
+        found: Array = self.ratios[k].copy()
+        inside = (k > 0) & (k < len(self.ratios) - 1)
+        each, k = each[inside], k[inside]
+        before, after = self.ratios[k - 1] - self.ratios[k], self.ratios[k + 1] - self.ratios[k]
+        # Slopes of the chords to both neighbours: the parabola's slope at the middle, and its curvature.
+        left, right = (logs[each, k - 1] - logs[each, k]) / before, (logs[each, k + 1] - logs[each, k]) / after
+        curvature = (right - left) / (after - before)
+        slope = left - curvature * before
+        falls = curvature < 0.0
+        found[each[falls]] -= 0.5 * slope[falls] / curvature[falls]
+        return found
 
     def weights_for(self, ratio: float, kind: str = "bending", within: float = 0.05) -> tuple[float, float] | None:
         """Smallest and largest weight of the payload for which the best ratio is within a distance of one; or None.
 
-        Weights are tried in steps of a hundredth.
+        Weights are tried in steps of a thousandth.
         """
-        weights = np.linspace(0.0, 1.0, 101)
-        found = [w for w in weights if abs(self.best(float(w), kind) - ratio) <= within]
-        return (float(found[0]), float(found[-1])) if found else None
+        weights = np.linspace(0.0, 1.0, 1001)
+        found = weights[np.abs(self._best_of(weights, kind) - ratio) <= within]
+        return (float(found[0]), float(found[-1])) if found.size else None
 
     def verdict(self, kind: str = "bending") -> str:
         """Whether the paper's ratio of 0.5 comes out, in a sentence."""
@@ -144,7 +154,7 @@ class RatioStudy:
         if weights is None:
             return text + f"{_STATED_RATIO:g} does not come out for any weight"
         low, high = weights
-        which = f"a payload's weight of {low:.2f}" if low == high else f"payload's weights of {low:.2f}..{high:.2f}"
+        which = f"a payload's weight of {low:.3f}" if low == high else f"payload's weights of {low:.3f}..{high:.3f}"
         return text + f"{_STATED_RATIO:g} (to 0.05) comes out for {which}"
 
 
