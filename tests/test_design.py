@@ -43,6 +43,34 @@ def test_every_number_that_is_set_is_the_number_of_the_limb_that_is_built(limb: 
             assert built[other] == pytest.approx(numbers[other], rel=1e-15), (label, other)
 
 
+def test_every_kind_of_law_and_fibre_is_built_again_with_its_numbers() -> None:
+    laws = [
+        sl.NeoHookean(c1=1e5, density=1100.0, max_strain=0.4),
+        sl.MooneyRivlin(c10=8e4, c01=1e4),
+        sl.Ogden(mu=[1e5, 2e4], alpha=[2.0, 3.5]),
+        sl.Gent(mu=2e5, jm=30.0),
+    ]
+    wound = sl.Fibres(angle=-0.1, stiffness=1e7)
+    faces = np.linspace(9 * mm, 12 * mm, 5)
+    layers = [
+        sl.Layer(faces[k], faces[k + 1], law, fibres=[wound, *sl.Fibres.pair(angle=0.2, modulus=3e10, fraction=0.01)])
+        for k, law in enumerate(laws)
+    ]
+    tube = sl.Tube(0.15, layers, tension_only=True, ends="bonded", cap_length=1 * mm)
+    limb = sl.Limb([sl.Segment([tube] * 3, ring_radius=16 * mm, plate=sl.Plate(5 * mm, 0.05))])
+    numbers = design.LimbNumbers(limb)
+    for label in numbers.labels:
+        moved = numbers.copy()
+        moved[label] = 1.001 * numbers[label]
+        built = moved.limb()
+        again = design.LimbNumbers(built)
+        for other in numbers.labels:
+            assert again[other] == pytest.approx(moved[other], rel=1e-15), (label, other)
+        back = again.copy()
+        back[label] = numbers[label]
+        assert back.limb() == limb, label
+
+
 def test_numbers_that_nobody_changed_are_the_same_limb(limb: sl.Limb) -> None:
     assert design.LimbNumbers(limb).limb() == limb
 

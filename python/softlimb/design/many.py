@@ -63,8 +63,8 @@ def evaluate_many(
     wanted = [tuple(row) for row in rows.tolist()]
     known = {values: kept.find(values, False) for values in wanted}
     missing = [values for values, found in known.items() if found is None]
-    for evaluation in _evaluated(problem, missing, int(workers)):
-        number = sum(found is not None for found in known.values()) if progress is not None else 0
+    recalled = len(known) - len(missing)
+    for number, evaluation in enumerate(_evaluated(problem, missing, int(workers)), start=recalled):
         kept.add(evaluation)
         known[evaluation.values] = evaluation
         if progress is not None:
