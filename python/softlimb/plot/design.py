@@ -76,7 +76,7 @@ def _draw_front(axes: Axes, study: RatioStudy, kind: str, first: bool) -> None:
             # On the side that the curve leaves free.
             rises = np.gradient(y)[k] * np.gradient(x)[k] > 0.0
             small: dict[str, Any] = {"textcoords": "offset points", "fontsize": style.FONT_SIZE - 1.5}
-            axes.annotate(f"{ratio:g}", (x[k], y[k]), (-5 if rises else 5, 4), ha="right" if rises else "left", **small)
+            axes.annotate(f"{ratio:g}", (x[k], y[k]), (-4 if rises else 3, 3), ha="right" if rises else "left", **small)
     best = study.best(0.5, kind)
     place = np.interp(best, study.ratios, x), np.interp(best, study.ratios, y)
     axes.plot(*place, marker="*", markersize=12, color=style.LOAD_COLOUR, linestyle="none", label=r"best, $w$ = 0.5")
