@@ -31,7 +31,6 @@ __all__ = [
     "limb_mass",
     "radius_ratio_of",
     "slopes_at",
-    "wall_volume",
 ]
 
 Array = NDArray[np.float64]
@@ -415,12 +414,6 @@ def limb_mass(numbers: LimbNumbers) -> Any:
             each = sum(volume * numbers[f"segments[{j}].layers[{n}].density"] for n, volume in layers)
             total = total + len(segment.members) * each
     return total
-
-
-def wall_volume(numbers: LimbNumbers) -> Any:
-    """Volume of the walls of all tubes [m^3]."""
-    counts = [len(segment.actuators) for segment in numbers.template]
-    return sum(count * sum(_layer_volumes(numbers, j)) for j, count in enumerate(counts) if count)
 
 
 def bulk_volume(numbers: LimbNumbers) -> Any:
