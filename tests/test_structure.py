@@ -40,6 +40,7 @@ PYTHON_ORDER = [
     ["payload", "reach", "sweep"],
     ["paper_reach", "sense"],
     ["measured"],
+    ["design"],
     ["plot"],
     ["bench"],
     ["report"],
@@ -141,7 +142,7 @@ def test_imports_point_one_way_inside_the_package_of_sweeps():
 
 
 def test_importing_the_package_loads_no_heavy_library():
-    heavy = ["matplotlib", "scipy", "xarray", "pandas", "tqdm", "netCDF4", "distributed"]
+    heavy = ["matplotlib", "scipy", "xarray", "pandas", "tqdm", "netCDF4", "distributed", "nlopt"]
     code = f"import softlimb, sys; print([name for name in {heavy} if name in sys.modules])"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"

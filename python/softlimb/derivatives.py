@@ -305,6 +305,11 @@ def _columns_of(limb: Limb, name: str, each: Each) -> list[_Column]:
     return list(found.values())
 
 
+def names_of_design(limb: Limb) -> tuple[str, ...]:
+    """All names of ``to`` that stand for something that the limb is made of, loads and pressures left out."""
+    return tuple(name for name in (*_MEMBER, *_SEGMENT) if _columns_of(limb, name, "segment"))
+
+
 def columns(limb: Limb, to: str | Sequence[str], each: Each) -> _Made:
     """The parameters that names stand for; kept with the limb.
 

@@ -14,10 +14,13 @@ from softlimb.limb import Limb
 from softlimb.path import Path
 from softlimb.posture import Posture
 
-__all__ = ["Payload", "payload"]
+__all__ = ["Payload", "payload", "payload_in_few_steps"]
 
 Array = NDArray[np.float64]
 Limit = Literal["fold", "bifurcation", "deflection", "pressure", "force", "lost"]
+
+_NEAR_LIMIT = 1e-6  # of the deflection allowed, where the tip itself is known better than that
+_NEAR_EVENT = 1e-4  # of the force at which stability ends
 
 _LIMITS: dict[Limit, str] = {
     "fold": "beyond it no posture is near: the limb snaps",
@@ -78,11 +81,7 @@ def payload(
     RuntimeError
         The limb has no stable posture without the force.
     """
-    along = finite_of_shape("direction", direction, (3,))
-    length = float(np.linalg.norm(along))
-    if length == 0.0:
-        raise ValueError("direction must not be zero, got (0, 0, 0)")
-    along = along / length
+    along = _unit(direction)
     if max_pressure is not None and max_deflection is not None:
         raise ValueError("give either max_pressure (the tip stays) or max_deflection (the tip moves), got both")
     if "start" in scene or "prefer_stable" in scene:
@@ -117,14 +116,149 @@ def payload(
 
                 force, posture = _crossing(at, lambda p: _distance(p, unloaded) - allowed, low, high)
                 return Payload(force, "deflection", posture, unloaded)
-        if path.events:
+        unstable = next((k for k, each in enumerate(path.postures) if not each.stable), len(path))
+        if path.events and path.events[0].after < unstable:
             event = path.events[0]
             return Payload(event.parameter, event.kind, event.posture, unloaded)
+        if unstable < len(path):
+            # Two modes of a symmetric limb lose their stiffness at once: a path may pass there without an event.
+            low, high = (float(path.parameters[k]) for k in (unstable - 1, unstable))
+
+            def along_path(force: float, start: Posture = path.postures[unstable - 1]) -> Posture:
+                return limb.solve(**scene, **loads(force), start=start, prefer_stable=False, tolerance=tolerance)
+
+            force, posture = _crossing(along_path, lambda p: -1.0 if p.stable else 1.0, low, high)
+            return Payload(force, "bifurcation", posture, unloaded)
         if len(path):
             reached, posture = float(path.parameters[-1]), path.postures[-1]
         if path.end != "stop" or stop == largest:
             return Payload(reached, "force" if path.end == "stop" else "lost", posture, unloaded)
         stop = min(4.0 * stop, largest)
+
+
+def payload_in_few_steps(
+    unloaded: Posture,
+    direction: ArrayLike,
+    *,
+    max_deflection: float,
+    max_force: float | None = None,
+) -> Payload:
+    """As `Limb.payload` to a deflection, for many limbs: Newton steps of the force, not a path.
+
+    A step of the force goes where the compliance says that the tip is at its limit, and counts where the tip ends
+    within half a step of the prediction; else it is halved. Stability lost and won back within a step is passed over,
+    and so is a fold whose other side is that near. Three or four solves where the deflection is the limit.
+
+    Parameters
+    ----------
+    unloaded : Posture
+        Without the force; its loads stay, and so do tolerance and section.
+    direction : array_like, shape (3,)
+        Of the force, base axes; its length does not matter.
+    max_deflection : float
+        Largest distance of the tip from where it is without the force [m].
+    max_force : float, optional
+        As for `Limb.payload`.
+
+    Returns
+    -------
+    Payload
+        Where the deflection limits the force, it is met to the tolerance of the posture (of the limb's length, 1e-6 of
+        the deflection at best); where stability does, the force is found to 1e-4 of itself.
+
+    Raises
+    ------
+    ValueError
+        The direction is zero, or a limit is not positive.
+    RuntimeError
+        The posture is no stable equilibrium.
+    """
+    along = _unit(direction)
+    allowed = one_positive("max_deflection", max_deflection)
+    if not unloaded.success or not unloaded.stable:
+        raise RuntimeError(f"the limb has no stable posture without the force: {unloaded.message}")
+    largest = one_positive("max_force", _default_force(unloaded) if max_force is None else max_force)
+    limb, loads, (section, valve) = unloaded.limb, unloaded.loads, unloaded._model
+    common: dict[str, Any] = {name: value for name, value in loads.items() if name != "tip_force"}
+    common |= {"section": section, "valve": valve, "tolerance": unloaded.tolerance, "prefer_stable": False}
+    if not any(common[name].any() for name in ("plate_wrenches", "rod_forces", "rod_moments")):
+        # Without these a call goes the short way.
+        common = {k: v for k, v in common.items() if k not in ("plate_wrenches", "rod_forces", "rod_moments")}
+    given: dict[str, Any] = {"pressures": unloaded.pressures} if unloaded.pressures is not None else {}
+    if unloaded.pressures is None and limb._tubes:
+        given = {"rest_lengths": unloaded.rest_lengths}
+
+    def at(force: float, start: Posture) -> Posture:
+        return limb.solve(**given, **common, tip_force=loads["tip_force"] + force * along, start=start)
+
+    force, posture = 0.0, unloaded
+    passed = [(force, posture)]
+    near = max(_NEAR_LIMIT * allowed, unloaded.tolerance * limb.length)
+    while True:
+        moved = posture.tip[:3, 3] - unloaded.tip[:3, 3]
+        distance = float(np.linalg.norm(moved))
+        done = abs(distance - allowed) <= near
+        if (done or force >= largest) and (len(passed) == 1 or _stands(posture)):
+            return Payload(force, "deflection" if done else "force", posture, unloaded)
+        if done or force >= largest or not posture.stable:
+            stands = [each for each in passed if each[0] < force and _stands(each[1])]
+            falls = [each for each in passed if not stands or each[0] > stands[-1][0]]
+            return _where_stability_ends(at, unloaded, along, stands[-1] if stands else passed[0], falls[0])
+        rate = posture.compliance[:3, :3] @ along
+        growth = float(np.linalg.norm(rate) if distance == 0.0 else moved @ rate / distance)
+        step = (allowed - distance) / growth if growth > 0.0 else np.inf
+        # Where the tip moves across, its distance grows by the square of the force: no step moves it beyond the limit.
+        step = min(step, allowed / float(np.linalg.norm(rate)), largest - force)
+        while True:
+            found = at(force + step, posture)
+            off = found.tip[:3, 3] - posture.tip[:3, 3] - step * rate
+            if found.success and np.linalg.norm(off) <= 0.5 * np.linalg.norm(step * rate) + near:
+                break
+            if abs(step) <= _NEAR_EVENT * (force + abs(step)):
+                return Payload(force, "fold", posture, unloaded)
+            step *= 0.5
+        force, posture = force + step, found
+        passed.append((force, posture))
+
+
+def _stands(posture: Posture) -> bool:
+    """Stable, and not by a margin: modes are counted with one for rounding, which the smallest stiffness needs not."""
+    return posture.success and posture.stable and posture.smallest_stiffness > 0.0
+
+
+def _where_stability_ends(
+    at: Callable[[float, Posture], Posture],
+    unloaded: Posture,
+    along: Array,
+    stands: tuple[float, Posture],
+    falls: tuple[float, Posture],
+) -> Payload:
+    """Between a force that is carried and one that is not: false position on the smallest stiffness, or halving."""
+    (low, posture), (high, other) = stands, falls
+    below = posture.smallest_stiffness
+    above = other.smallest_stiffness if other.success else np.nan
+    while high - low > _NEAR_EVENT * high:
+        share = below / (below - above) if above < 0.0 else 0.5
+        # A tenth at least from each end: the smallest stiffness need not be straight.
+        middle = low + min(max(share, 0.1), 0.9) * (high - low)
+        found = at(middle, posture)
+        if _stands(found):
+            low, posture, below = middle, found, found.smallest_stiffness
+        else:
+            high, above = middle, found.smallest_stiffness if found.success else np.nan
+    mode = posture.mode_shape[-1, :3]
+    # The force does work on the mode that gives way: the path turns. Else another path crosses it.
+    works = abs(mode @ along) > 1e-3 * np.linalg.norm(mode)
+    return Payload(low, "fold" if works else "bifurcation", posture, unloaded)
+
+
+def _unit(direction: ArrayLike) -> Array:
+    along = finite_of_shape("direction", direction, (3,))
+    length = float(np.linalg.norm(along))
+    if length == 0.0:
+        raise ValueError("direction must not be zero, got (0, 0, 0)")
+    unit: Array = along / length
+    return unit
 
 
 def _first_beyond(path: Path, unloaded: Posture, allowed: float) -> tuple[Posture, float, float] | None:

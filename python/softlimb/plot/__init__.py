@@ -1,6 +1,7 @@
 """Pictures. Every function returns a figure, or draws into the axes it is given, and leaves no global state behind."""
 
 from softlimb.plot.curves import comparison, curve, positions, sweep
+from softlimb.plot.design import radius_ratio
 from softlimb.plot.limb import limb, side_view
 from softlimb.plot.material import draw_fit
 from softlimb.plot.path import path
@@ -16,6 +17,7 @@ __all__ = [
     "limb",
     "path",
     "positions",
+    "radius_ratio",
     "reach",
     "side_view",
     "stiffness",
