@@ -6,6 +6,7 @@ from softlimb.plot.material import draw_fit
 from softlimb.plot.path import path
 from softlimb.plot.reach import reach
 from softlimb.plot.tube import ballooning, elongation, stiffness, wall_stress
+from softlimb.plot.workspace import payload_rose, settling, workspace
 
 __all__ = [
     "ballooning",
@@ -15,10 +16,13 @@ __all__ = [
     "elongation",
     "limb",
     "path",
+    "payload_rose",
     "positions",
     "reach",
+    "settling",
     "side_view",
     "stiffness",
     "sweep",
     "wall_stress",
+    "workspace",
 ]
