@@ -26,7 +26,7 @@ CPP_MAY_USE = {
 
 # Python, from left to right: a module may import what stands to its left, at any depth of its code.
 PYTHON_ORDER = [
-    ["_core", "arguments", "units"],
+    ["_core", "arguments", "text_tables", "units"],
     ["quantities", "materials"],
     ["tube"],
     ["derivatives"],
@@ -38,7 +38,7 @@ PYTHON_ORDER = [
     ["scenes"],
     ["rows"],
     ["payload", "reach", "sweep"],
-    ["paper_reach", "sense"],
+    ["paper_reach", "sense", "workspace"],
     ["measured"],
     ["design"],
     ["plot"],
@@ -62,6 +62,7 @@ DOORS = {
     ("limb", "sense"),  # Limb.sense
     ("limb", "paper_reach"),  # Limb.reach with method="paper"
     ("limb", "sweep"),  # Limb.sweep
+    ("limb", "workspace"),  # Limb.workspace
     ("scenes", "sweep"),  # Scene.sweep
     ("materials", "plot"),  # the picture of a fit
 }

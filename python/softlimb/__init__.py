@@ -15,13 +15,14 @@ if TYPE_CHECKING:
     from softlimb.limb import Limb, Plate, Rod, Segment
     from softlimb.materials import fit_uniaxial, read_tensile_csv
     from softlimb.path import Path, PathEvent
-    from softlimb.payload import Payload
+    from softlimb.payload import Payload, PayloadRose, payload_rose
     from softlimb.posture import Posture, RodPosture, Verification
     from softlimb.reach import Reach
     from softlimb.scenes import Scene, load_scene
     from softlimb.sense import Sensed
     from softlimb.sweep import Batch
     from softlimb.tube import Fibres, Layer, Tube, TubeState
+    from softlimb.workspace import Workspace
 
 __all__ = [
     "Batch",
@@ -35,6 +36,7 @@ __all__ = [
     "Path",
     "PathEvent",
     "Payload",
+    "PayloadRose",
     "Plate",
     "Posture",
     "Reach",
@@ -47,11 +49,13 @@ __all__ = [
     "Tube",
     "TubeState",
     "Verification",
+    "Workspace",
     "Yeoh",
     "fit_uniaxial",
     "load_scene",
     "materials",
     "measured",
+    "payload_rose",
     "plot",
     "presets",
     "read_tensile_csv",
@@ -64,13 +68,14 @@ _HOME = {
     "limb": ("Limb", "Plate", "Rod", "Segment"),
     "materials": ("fit_uniaxial", "read_tensile_csv"),
     "path": ("Path", "PathEvent"),
-    "payload": ("Payload",),
+    "payload": ("Payload", "PayloadRose", "payload_rose"),
     "posture": ("Posture", "RodPosture", "Verification"),
     "reach": ("Reach",),
     "scenes": ("Scene", "load_scene"),
     "sense": ("Sensed",),
     "sweep": ("Batch",),
     "tube": ("Fibres", "Layer", "Tube", "TubeState"),
+    "workspace": ("Workspace",),
 }
 
 

@@ -113,6 +113,13 @@ def one_not_negative(name: str, value: Any) -> float:
     return number
 
 
+def one_whole(name: str, value: object, least: int) -> int:
+    """A whole number of at least ``least``; ValueError for anything else."""
+    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < least:
+        raise ValueError(f"{name} must be a whole number of at least {least}, got {shown(value)}")
+    return int(value)
+
+
 def finite_of_shape(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
     """A copy as finite floats of exactly this shape; errors as for `real_array`."""
     try:

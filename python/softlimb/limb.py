@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from softlimb.reach import Reach
     from softlimb.sense import Sensed
     from softlimb.sweep import Batch
+    from softlimb.workspace import Workspace
 
 __all__ = ["Limb", "Plate", "Posture", "Rod", "RodPosture", "Segment", "Verification"]
 
@@ -690,6 +691,94 @@ class Limb:
             executor=executor,
             progress=progress,
             ordered=ordered,
+            file=file,
+            **scene,
+        )
+
+    def workspace(
+        self,
+        *,
+        max_pressure: ArrayLike | Sequence[ArrayLike],
+        min_pressure: ArrayLike | Sequence[ArrayLike] = 0.0,
+        samples: int = 100_000,
+        sampling: Literal["halton", "uniform", "grid"] = "halton",
+        at_bounds: float = 0.5,
+        explore: float = 0.75,
+        edge_directions: int = 64,
+        seed: int = 0,
+        min_clearance: float | None = None,
+        threads: int | None = None,
+        executor: Executor | Callable[[], Executor] | None = None,
+        progress: bool = True,
+        file: str | os.PathLike[str] | None = None,
+        **scene: Any,
+    ) -> Workspace:
+        """Where the tip gets to at pressures between bounds, under a load.
+
+        Parameters
+        ----------
+        max_pressure, min_pressure : float, or array_like as for pressures
+            Bounds of the gauge pressures [Pa], for all actuators or one each; where an actuator balloons below the
+            upper one, just short of that.
+        samples : int
+            How many postures are tried.
+        sampling : {"halton", "uniform", "grid"}
+            Pressures by a scrambled Halton sequence, at random, or all combinations of evenly spaced levels: the most
+            whose number is at most ``samples``.
+        at_bounds : float
+            Share of the pressures that are put to one of their two bounds, each for itself, in [0, 1); not for a grid.
+            The edge of a workspace has most pressures at bounds, where evenly spread ones hardly ever are.
+        explore : float
+            Share of the postures, in [0, 1), whose pressures are drawn near those of postures before them, from all
+            voxels alike, so that the cloud fills where evenly spread pressures leave it thin. With ``at_bounds=0,
+            explore=0`` `Workspace.regions` has the density of even pressures.
+        edge_directions : int
+            Besides the six axes: directions in which the cloud's edge is then searched for, starting from its
+            postures, and added as further rows. 0 leaves the search out, along the axes too.
+        seed : int
+            The same seed gives the same postures.
+        min_clearance : float, optional
+            Rows whose tubes come nearer than this do not count [m]; contact is no part of the model.
+        threads, executor, progress, file
+            As for `sweep`. The rounds of exploring go to files of the same name with ``.1``, ``.2`` ... behind it; the
+            edge rows are in none, `Workspace.save` writes all into one.
+        **scene
+            Loads and options of `solve`, the same for all postures.
+
+        Returns
+        -------
+        Workspace
+            With ``positions``, ``volume`` by voxels and its error, ``hull_volume``, ``box``, ``reach``, ``tilt_range``,
+            ``regions()``, ``slice()``. Rows that failed or are not stable do not count; ``message`` says how many.
+
+        Raises
+        ------
+        ValueError
+            Bounds reversed, not finite or beyond what an actuator carries; no samples; an unknown sampling; a share
+            outside its range; a grid of less than two levels; no actuators; loads that `solve` refuses.
+        TypeError
+            `solve` has no such option.
+
+        Notes
+        -----
+        MECHANICS, "Workspace".
+        """
+        from softlimb.workspace import workspace
+
+        return workspace(
+            self,
+            max_pressure=max_pressure,
+            min_pressure=min_pressure,
+            samples=samples,
+            sampling=sampling,
+            at_bounds=at_bounds,
+            explore=explore,
+            edge_directions=edge_directions,
+            seed=seed,
+            min_clearance=min_clearance,
+            threads=threads,
+            executor=executor,
+            progress=progress,
             file=file,
             **scene,
         )

@@ -9,14 +9,15 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softlimb.arguments import finite_of_shape, one_positive
+from softlimb.arguments import finite_of_shape, one_of, one_positive, one_whole
 from softlimb.limb import Limb
 from softlimb.path import Path
 from softlimb.posture import Posture
 
-__all__ = ["Payload", "payload", "payload_in_few_steps"]
+__all__ = ["Payload", "PayloadRose", "payload", "payload_in_few_steps", "payload_rose"]
 
 Array = NDArray[np.float64]
+Plane = Literal["xy", "xz", "yz"]
 Limit = Literal["fold", "bifurcation", "deflection", "pressure", "force", "lost"]
 
 _NEAR_LIMIT = 1e-6  # of the deflection allowed, where the tip itself is known better than that
@@ -62,6 +63,73 @@ class Payload:
     def deflection(self) -> float:
         """Distance of the tip from where it is without the force [m]."""
         return _distance(self.posture, self.unloaded)
+
+
+@dataclass(frozen=True, eq=False)
+class PayloadRose:
+    """Payloads by direction in a plane.
+
+    Parameters
+    ----------
+    plane : {"xy", "xz", "yz"}
+        Axes of the base frame.
+    angles : array of float, shape (D,)
+        Of the forces, from the plane's first axis towards its second [rad].
+    payloads : tuple of Payload, length D
+    """
+
+    plane: Plane
+    angles: Array
+    payloads: tuple[Payload, ...]
+
+    @property
+    def forces(self) -> Array:
+        """[N], shape (D,)."""
+        return np.array([found.force for found in self.payloads])
+
+    @property
+    def directions(self) -> Array:
+        """Unit vectors, base axes, shape (D, 3)."""
+        return _in_plane(self.plane, self.angles)
+
+    @property
+    def weakest(self) -> Payload:
+        """The smallest of the payloads."""
+        return self.payloads[int(np.argmin(self.forces))]
+
+
+def payload_rose(limb: Limb, plane: Plane = "xz", *, count: int = 24, **options: Any) -> PayloadRose:
+    """What a limb carries at its tip in evenly spread directions of a plane.
+
+    Parameters
+    ----------
+    limb : Limb
+    plane : {"xy", "xz", "yz"}
+        Through the tip, axes of the base frame.
+    count : int
+        Directions.
+    **options
+        Limits and scene as for `Limb.payload`.
+
+    Returns
+    -------
+    PayloadRose
+
+    Raises
+    ------
+    ValueError
+        The plane is none of the three, fewer than 3 directions, or as for `Limb.payload`.
+    RuntimeError
+        The limb has no stable posture without the force.
+    """
+    one_of("plane", plane, ("xy", "xz", "yz"))
+    angles = 2.0 * np.pi * np.arange(one_whole("count", count, 3)) / count
+    return PayloadRose(plane, angles, tuple(payload(limb, along, **options) for along in _in_plane(plane, angles)))
+
+
+def _in_plane(plane: Plane, angles: Array) -> Array:
+    axes = np.eye(3)[["xyz".index(name) for name in plane]]
+    return np.stack([np.cos(angles), np.sin(angles)], axis=1) @ axes
 
 
 def payload(

@@ -7,6 +7,7 @@ from softlimb.plot.material import draw_fit
 from softlimb.plot.path import path
 from softlimb.plot.reach import reach
 from softlimb.plot.tube import ballooning, elongation, stiffness, wall_stress
+from softlimb.plot.workspace import payload_rose, settling, workspace
 
 __all__ = [
     "ballooning",
@@ -16,11 +17,14 @@ __all__ = [
     "elongation",
     "limb",
     "path",
+    "payload_rose",
     "positions",
     "radius_ratio",
     "reach",
+    "settling",
     "side_view",
     "stiffness",
     "sweep",
     "wall_stress",
+    "workspace",
 ]

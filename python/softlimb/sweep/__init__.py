@@ -6,8 +6,18 @@ From what a row is to who works on it: `row_table` (columns), `record` (what a s
 """
 
 from softlimb.rows import INVALID, NOT_RUN
-from softlimb.sweep.batch import Batch, scene_text
+from softlimb.sweep.batch import Batch, file_path, scene_text
 from softlimb.sweep.pose_angles import bending_angle, rotation_matrix, rotation_vector
 from softlimb.sweep.run import sweep
 
-__all__ = ["INVALID", "NOT_RUN", "Batch", "bending_angle", "rotation_matrix", "rotation_vector", "scene_text", "sweep"]
+__all__ = [
+    "INVALID",
+    "NOT_RUN",
+    "Batch",
+    "bending_angle",
+    "file_path",
+    "rotation_matrix",
+    "rotation_vector",
+    "scene_text",
+    "sweep",
+]

@@ -184,6 +184,40 @@ class Batch:
 
         return resume(self, threads=threads, executor=executor, progress=progress)
 
+    def head(self, count: int) -> Batch:
+        """The first rows, as views of this batch."""
+        columns = {name: values[:count] for name, values in self.as_columns().items()}
+        own = [(row, text) for row, text in self.as_messages().own() if row < count]
+        return self._of_texts(columns, own, self.builds)
+
+    def followed_by(self, other: Batch) -> Batch:
+        """The rows of this batch and then those of another, in memory.
+
+        Parameters
+        ----------
+        other : Batch
+            Of the same limb and scene.
+
+        Raises
+        ------
+        ValueError
+            Limb, scene or order of solving differ.
+        """
+        if SweepRecord.of(self.limb, self.scene, self.ordered, 0) != SweepRecord.of(
+            other.limb, other.scene, other.ordered, 0
+        ):
+            raise ValueError("batches can be joined only where limb, scene and ordered are the same")
+        mine, theirs = self.as_columns(), other.as_columns()
+        columns = {name: np.concatenate([mine[name], theirs[name]]) for name in mine}
+        own = [*self.as_messages().own(), *((len(self) + row, text) for row, text in other.as_messages().own())]
+        return self._of_texts(columns, own, tuple(sorted({*self.builds, *other.builds})))
+
+    def _of_texts(self, columns: Columns, own: list[tuple[int, str]], builds: tuple[str, ...]) -> Batch:
+        """Other rows of the same limb and scene, with the messages that are their own."""
+        rows = np.array([row for row, _ in own], dtype=np.int64)
+        messages = Messages(Statuses(columns["status"]), rows, ListOfTexts([text for _, text in own]))
+        return Batch.of_columns(self.limb, self.scene, columns, messages, ordered=self.ordered, builds=builds)
+
     def __len__(self) -> int:
         return len(self.pressures)
 
