@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import pickle
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -46,9 +47,13 @@ def empirical() -> EmpiricalActuator:
     return EmpiricalActuator(length=(0.1, 0.05, -0.01), axial=(200.0, 100.0), bending=(0.02, 0.01), mass=0.02)
 
 
+def saturating() -> EmpiricalActuator:
+    return replace(empirical(), length_denominator=(0.3, 0.1))
+
+
 def pillows() -> DrivenLimb:
     places = ((0.05, 0.0), (-0.05, 0.0), (0.0, 0.02), (0.0, -0.02))
-    return DrivenLimb([DrivenSegment([empirical()] * 4, places=places, plate=sl.Plate(0.02, 0.2))] * 2)
+    return DrivenLimb([DrivenSegment([saturating()] * 4, places=places, plate=sl.Plate(0.02, 0.2))] * 2)
 
 
 # Statistics
@@ -231,7 +236,7 @@ def differences(explained: _Explained, at: np.ndarray, steps: np.ndarray) -> np.
 
 
 def require_exact_slopes(model: Any, data: Any, own: tuple[str, ...], zeros: tuple[str, ...]) -> None:
-    explained = _Explained(model, data, own, zeros, tuple({} for _ in data))
+    explained = _Explained(model, data, own, zeros)
     value = model.value if isinstance(model, DrivenLimb) else values_of(model).__getitem__
     at = np.array([value(name) for name in own] + [0.0] * len(zeros))
     steps = np.array([1e-3 * abs(x) for x in at[: len(own)]] + [50.0 if "pressure" in z else 1e-3 for z in zeros])
@@ -268,7 +273,8 @@ def test_slopes_of_limbs_of_tubes_are_those_of_differences() -> None:
 def test_slopes_of_limbs_of_empirical_actuators_are_those_of_differences() -> None:
     pressures = np.array([[30, 10, 0, 20, 0, 5, 20, 4]]) * kPa
     data = (Points(pressures, measured=np.zeros((1, 2, 3)), plates=(0, 1), scene=HANGING),)
-    own = ("length[0]", "length[1]", "axial[1]", "segments[1].bending[0]", "shear_ratio", "torsion_ratio", "mass")
+    own = ("length[0]", "length[1]", "length_denominator[1]", "axial[1]", "segments[1].bending[0]", "shear_ratio",
+           "torsion_ratio", "mass")
     require_exact_slopes(pillows(), data, own, ("pressure_zero",))
 
 
@@ -363,6 +369,7 @@ def test_an_empirical_actuator_is_a_rod_at_a_pressure() -> None:
     assert (rod.length, rod.section.axial, rod.section.bending) == pytest.approx((0.14, 300.0, 0.03), rel=1e-14)
     assert rod.section.mass_per_length * rod.length == pytest.approx(0.02, rel=1e-14)
     assert pickle.loads(pickle.dumps(actuator)) == actuator and "length=(0.1, 0.05, -0.01)" in repr(actuator)
+    assert saturating().rod(100 * kPa).length == pytest.approx(0.14 / 1.4, rel=1e-14)
     assert pickle.loads(pickle.dumps(pillows())) == pillows()
     assert rod_slopes(ScaledTube(proximal(), bending_factor=2.0), 3e4, ()).rod.section.bending == pytest.approx(
         2.0 * proximal().section(3e4).bending, rel=1e-14

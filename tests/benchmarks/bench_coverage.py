@@ -1,9 +1,10 @@
 """Do the 95 % intervals of an identification hold the truth 95 times in a hundred?
 
 Run: python tests/benchmarks/bench_coverage.py [--trials 2000] [--seed 1]. A tube of one family of soft fibres, whose
-length and twist are measured at twelve pressures with normal noise of one in a hundred; c1 of its core and
-the stiffness of the fibres are identified in every trial, from first values that are 30 % off. Then a curve of twenty points with an
-exponent, by each loss, and with one point in ten an outlier. Prints the share of trials whose interval holds the truth.
+length and twist are measured at twelve pressures with normal noise of one in a hundred; c1 of its core and the
+stiffness of the fibres are identified in every trial, from first values that are 30 % off. Then a curve of twenty
+points with an exponent, by each loss, and with one point in ten an outlier. Prints the share of trials whose interval
+holds the truth.
 """
 
 from __future__ import annotations

@@ -26,7 +26,8 @@ Array = NDArray[np.float64]
 
 SECTION_FIELDS = ("axial", "shear", "bending", "torsion", "mass_per_length", "rest_twist", "extension_twist")
 _FACTORS = ("axial_factor", "bending_factor", "shear_factor", "torsion_factor")
-_TERM = re.compile(r"(length|axial|bending)\[(\d+)\]")
+_TERMS = ("length", "length_denominator", "axial", "bending")
+_TERM = re.compile(r"(length|length_denominator|axial|bending)\[(\d+)\]")
 
 
 class RodSlopes(NamedTuple):
@@ -41,17 +42,28 @@ class RodSlopes(NamedTuple):
     by_values: Array
 
 
+def _polynomial(coefficients: Sequence[float], x: float) -> float:
+    return float(np.polynomial.polynomial.polyval(x, coefficients))
+
+
+def _slope(coefficients: Sequence[float], x: float) -> float:
+    return sum(k * coefficients[k] * x ** (k - 1) for k in range(1, len(coefficients)))
+
+
 @dataclass(frozen=True)
 class EmpiricalActuator:
-    """An actuator known by measurement alone: rest length and stiffness as polynomials of the gauge pressure.
+    """An actuator known by measurement alone: rest length and stiffness as functions of the gauge pressure.
 
-    For robots whose actuators are no fibre-reinforced tubes. Coefficients go from the constant one upwards, in powers
-    of ``pressure / unit_pressure``, so that all of them have the unit of the quantity.
+    For robots whose actuators are no fibre-reinforced tubes. Polynomials, with coefficients from the constant one
+    upwards in powers of ``pressure / unit_pressure``, so that all of them have the unit of the quantity. A rest length
+    that saturates is a ratio of two.
 
     Parameters
     ----------
     length : sequence of float
         Rest length [m].
+    length_denominator : sequence of float
+        b1, b2, ...: the rest length is the polynomial ``length`` over 1 + b1 x + b2 x^2 + ... [1].
     axial, bending : sequence of float
         EA [N] and EI [N m^2], per rest length.
     shear_ratio, torsion_ratio : float
@@ -80,6 +92,7 @@ class EmpiricalActuator:
     radius: float | None = None
     unit_pressure: float = 1e5
     max_pressure: float | None = None
+    length_denominator: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("length", "axial", "bending"):
@@ -89,6 +102,8 @@ class EmpiricalActuator:
             if not given[0] > 0.0:
                 raise ValueError(f"{name} must be positive at zero pressure, got {given[0]:.6g}")
             object.__setattr__(self, name, tuple(given.tolist()))
+        below = finite_array("length_denominator", self.length_denominator)
+        object.__setattr__(self, "length_denominator", tuple(below.ravel().tolist()))
         for name in ("shear_ratio", "torsion_ratio", "unit_pressure"):
             object.__setattr__(self, name, one_positive(name, getattr(self, name)))
         object.__setattr__(self, "mass", one_not_negative("mass", self.mass))
@@ -114,7 +129,10 @@ class EmpiricalActuator:
             raise ValueError(f"pressure must be at most max_pressure {self.max_pressure:.6g} Pa, got {p:.6g}")
         found = []
         for name in ("length", "axial", "bending"):
-            value = float(np.polynomial.polynomial.polyval(p / self.unit_pressure, getattr(self, name)))
+            value = _polynomial(getattr(self, name), p / self.unit_pressure)
+            if name == "length":
+                below = _polynomial((1.0, *self.length_denominator), p / self.unit_pressure)
+                value = value / below if below > 0.0 else -np.inf
             if not value > 0.0:
                 raise ValueError(f"{name} of the actuator is {value:.6g} at {p:.6g} Pa: it must be positive")
             found.append(value)
@@ -195,7 +213,8 @@ def values_of(actuator: Actuator) -> dict[str, float]:
     """Numbers that an actuator is made of, by name, SI.
 
     Of a tube the labels of its derivatives (``layers[0].c1``, ``radii[1]``, ...); with factors also these; of an
-    empirical one ``length[0]``, ``axial[1]``, ``bending[0]``, ..., ``shear_ratio``, ``torsion_ratio``, ``mass``.
+    empirical one ``length[0]``, ``length_denominator[0]`` (b1), ``axial[1]``, ``bending[0]``, ..., ``shear_ratio``,
+    ``torsion_ratio``, ``mass``.
     """
     if isinstance(actuator, Tube):
         return tube_values(actuator)
@@ -203,7 +222,7 @@ def values_of(actuator: Actuator) -> dict[str, float]:
         return {**tube_values(actuator.tube), **{name: getattr(actuator, name) for name in _FACTORS}}
     terms = {
         f"{name}[{k}]": value
-        for name in ("length", "axial", "bending")
+        for name in _TERMS
         for k, value in enumerate(getattr(actuator, name))
     }
     return {**terms, **{name: getattr(actuator, name) for name in ("shear_ratio", "torsion_ratio", "mass")}}
@@ -302,14 +321,17 @@ def _of_polynomials(actuator: EmpiricalActuator, pressure: float, names: Sequenc
             [length, axial, actuator.shear_ratio * axial, bending, actuator.torsion_ratio * bending, mass, 0.0, 0.0]
         )
 
-    def slope(coefficients: Sequence[float]) -> float:
-        powers = range(1, len(coefficients))
-        return float(sum(k * coefficients[k] * x ** (k - 1) for k in powers)) / actuator.unit_pressure
-
+    divisor = (1.0, *actuator.length_denominator)
+    below = _polynomial(divisor, x)
     rows = []
     for name in names:
         if term := _TERM.fullmatch(name):
-            rows.append(changes(**{term[1]: x ** int(term[2])}))
+            if term[1] == "length":
+                rows.append(changes(length=x ** int(term[2]) / below))
+            elif term[1] == "length_denominator":
+                rows.append(changes(length=-rod.length * x ** (int(term[2]) + 1) / below))
+            else:
+                rows.append(changes(**{term[1]: x ** int(term[2])}))
         elif name in ("shear_ratio", "torsion_ratio", "mass"):
             row = np.zeros(8)
             place = {"shear_ratio": 2, "torsion_ratio": 4, "mass": 5}[name]
@@ -319,7 +341,8 @@ def _of_polynomials(actuator: EmpiricalActuator, pressure: float, names: Sequenc
             raise ValueError(
                 f"an empirical actuator has no number {shown(name)}; this one has {', '.join(values_of(actuator))}"
             )
-    by_pressure = changes(slope(actuator.length), slope(actuator.axial), slope(actuator.bending))
+    lengthens = (_slope(actuator.length, x) - rod.length * _slope(divisor, x)) / below
+    by_pressure = changes(lengthens, _slope(actuator.axial, x), _slope(actuator.bending, x)) / actuator.unit_pressure
     return RodSlopes(rod, by_pressure, np.array(rows).reshape(len(names), 8))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,6 @@ class _Explained:
     data: tuple[Observation, ...]
     own: tuple[str, ...]
     zeros: tuple[str, ...]
-    kept: tuple[dict[int, Array], ...] = field(repr=False)  # plates to start from, of each measurement by row
 
     def changed(self, values: Array) -> Actuator | DrivenLimb:
         """The model with its own numbers at values."""
@@ -45,9 +44,9 @@ class _Explained:
             return predicted, slopes  # numbers that make no actuator: the search does not go there
         zeros = dict(zip(self.zeros, values[len(self.own) :].tolist(), strict=True))
         first = 0
-        for one, size, kept in zip(self.data, sizes, self.kept, strict=True):
+        for one, size in zip(self.data, sizes, strict=True):
             last = first + size
-            found = one.predict(model, self.own, zeros, kept)
+            found = one.predict(model, self.own, zeros)
             predicted[first:last] = found.values
             slopes[first:last, : len(self.own)] = found.by_values
             for k, name in enumerate(self.zeros, start=len(self.own)):
@@ -109,7 +108,7 @@ def identify(
     own = tuple(name for name in asked if name not in offsets)
     zeros = tuple(name for name in asked if name in offsets)
     start = {name: _start(known, name, asked[name], offsets) for name in (*own, *zeros)}
-    explained = _Explained(known, given, own, zeros, tuple({} for _ in given))
+    explained = _Explained(known, given, own, zeros)
     blocks, first = [], 0
     for one in given:
         blocks.append((first, one))

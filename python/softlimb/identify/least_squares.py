@@ -217,10 +217,11 @@ class Identified:
             return {}
         lengths, found = _lengths(self, self._problem), {}
         for number, name in enumerate(self.names):
-            along = self.covariance[:, number] / np.sqrt(self.covariance[number, number])
-            if not np.isfinite(along).all():
+            error = np.sqrt(self.covariance[number, number])
+            if not np.isfinite(self.covariance[:, number]).all() or error == 0.0:
                 found[name] = (float("nan"), float("nan"))
                 continue
+            along = self.covariance[:, number] / error
             ends = [lengths(self.estimates + side * self.quantile * along) / self.quantile for side in (-1.0, 1.0)]
             if not all(0.7 <= end <= 1.4 for end in ends):
                 found[name] = (ends[0], ends[1])
@@ -614,8 +615,8 @@ def _notes(problem: _Problem, end: _End, size: float, blocks: tuple[Block, ...])
         if lag > 3.0 / np.sqrt(len(z)):
             factor = np.sqrt((1.0 + lag) / max(1.0 - lag, 1e-3))
             notes.append(
-                f"neighbouring residuals of {block.name} are correlated ({lag:.2f}): model error or history, not noise, "
-                f"and intervals too narrow, about {factor:.1f} times where parameters act alike on neighbours"
+                f"neighbouring residuals of {block.name} are correlated ({lag:.2f}): model error or history, not "
+                f"noise, and intervals too narrow, about {factor:.1f} times where parameters act alike on neighbours"
             )
     return tuple(notes)
 

@@ -106,7 +106,7 @@ class ActuatorCurve:
         return {"pressure_zero": float(np.abs(self.pressures).max()), **spreads}
 
     def predict(
-        self, model: Actuator, names: Sequence[str], zeros: Mapping[str, float], kept: dict[int, Array]
+        self, model: Actuator, names: Sequence[str], zeros: Mapping[str, float]
     ) -> Predicted:
         """What the actuator gives, at parameters that it has by now."""
         ends, by_pressure, by_values = twist_and_slopes(model, self.pressures - zeros.get("pressure_zero", 0.0), names)
@@ -168,21 +168,25 @@ class _OfLimb:
         """Offsets of the numbers themselves."""
 
     def predict(
-        self, model: DrivenLimb, names: Sequence[str], zeros: Mapping[str, float], kept: dict[int, Array]
+        self, model: DrivenLimb, names: Sequence[str], zeros: Mapping[str, float]
     ) -> Predicted:
-        """What the limb gives, at parameters that it has by now; ``kept`` holds plates to start from, by row."""
+        """What the limb gives, at parameters that it has by now."""
         size = self.values.shape[1]
         values = np.full((self.states, size), np.nan)
         by_values, by_pressure = np.zeros((self.states, size, len(names))), np.zeros((self.states, size))
+        solved: dict[int, Moves] = {}
+        known: dict[bytes, int] = {}  # holds of the same pressures have the same posture, and are often repeated
         for row in range(self.states):
-            scene = {"tolerance": _TIGHT, **self.scene}
-            if row in kept:
-                scene["start"] = kept[row]
             pressures = self.pressures[row] - zeros.get("pressure_zero", 0.0)
-            moves = model.moves(pressures, names, at=self._shares(), **scene)
-            if moves is None:
-                break  # one that fails makes the parameters no candidate: the others need no solving
-            kept[row] = moves.posture.plates
+            before = known.setdefault(pressures.tobytes(), row)
+            if before == row:
+                # From the limb's own first posture every time: what a search tried before must not decide where two
+                # postures are stable.
+                moves = model.moves(pressures, names, at=self._shares(), **{"tolerance": _TIGHT, **self.scene})
+                if moves is None:
+                    break  # one that fails makes the parameters no candidate: the others need no solving
+                solved[row] = moves
+            moves = solved[before]
             numbers, matrix = self._read(moves, row)
             values[row], by_values[row] = numbers, matrix @ moves.by_values
             by_pressure[row] = matrix @ moves.by_pressures.sum(axis=1)
