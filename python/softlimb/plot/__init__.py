@@ -6,6 +6,7 @@ from softlimb.plot.material import draw_fit
 from softlimb.plot.path import path
 from softlimb.plot.reach import reach
 from softlimb.plot.tube import ballooning, elongation, stiffness, wall_stress
+from softlimb.plot.validation import profile, validation
 
 __all__ = [
     "ballooning",
@@ -16,9 +17,11 @@ __all__ = [
     "limb",
     "path",
     "positions",
+    "profile",
     "reach",
     "side_view",
     "stiffness",
     "sweep",
+    "validation",
     "wall_stress",
 ]
