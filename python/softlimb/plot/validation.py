@@ -16,13 +16,14 @@ if TYPE_CHECKING:
     from softlimb.validate import Validation
 
 _SERIES = {
+    "off by": ("from measured to model", {"color": "0.7", "linewidth": 0.7, "zorder": 1}),
     "predicted": ("model", {**style.PREDICTED, "zorder": 3}),
     "measured": ("measured", {**style.MEASURED, "markersize": 4.0}),
     "measured, other branch": (
         "measured, pressure falling",
         {"color": "#444444", "marker": "v", "markersize": 4.5, "linestyle": "none"},
     ),
-    "model at commands": (
+    "model at points": (
         "model, fitted",
         {"color": style.PREDICTED["color"], "marker": "D", "markersize": 4.5, "linestyle": "none"},
     ),

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from softlimb.measured import _CsvTable
 
 Array = NDArray[np.float64]
-Kind = Literal["measured", "measured, other branch", "predicted", "model at commands", "held out"]
+Kind = Literal["measured", "measured, other branch", "predicted", "model at points", "held out", "off by"]
 
 
 @dataclass(frozen=True)

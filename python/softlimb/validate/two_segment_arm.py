@@ -203,8 +203,8 @@ def validate(folder: Path) -> Validation:
     return Validation(
         "two_segment_arm",
         f"{len(everything.session)} static holds of a hanging pneumatic arm of two segments; {int((~pressed).sum())} "
-        "at 0 psi are not in the comparison and place one marker. Four empirical actuators a segment, driven by commanded "
-        "pressures. Fitted: two numbers, how the rest length of every chamber grows with its pressure; all else as the "
+        "at 0 psi are not in the comparison and place one marker. Four empirical actuators a segment, driven by the "
+        "commanded pressures. Fitted: two numbers, how the rest length of every chamber grows with its pressure; all else as the "
         f"source states it. Per cent of {_FULL / mm:.0f} mm, the inflated arm.",
         (
             Table(
@@ -263,15 +263,17 @@ def _panels(holds: Holds, predicted: Array, january: Mask, even: Mask, months: N
     ):
         if not rows.any():
             continue
-        tips, model = holds.points[rows, 1] / mm, np.unique(predicted[rows, 1] / mm, axis=0)
+        tips, model = holds.points[rows, 1] / mm, predicted[rows, 1] / mm
+        gaps = np.stack([tips, model, np.full(tips.shape, np.nan)], axis=1).reshape(-1, 3)  # NaN lifts the pen
         panels.append(
             Panel(
                 title,
                 "tip x [mm]",
                 "tip z, down the arm [mm]",
                 (
+                    Series("off by", gaps[:, 0], gaps[:, 2]),
                     Series("measured", tips[:, 0], tips[:, 2]),
-                    Series("model at commands" if fitted else "held out", model[:, 0], model[:, 2]),
+                    Series("model at points" if fitted else "held out", model[:, 0], model[:, 2]),
                 ),
                 equal=True,
             )
