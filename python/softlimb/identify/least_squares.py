@@ -31,6 +31,8 @@ Model = Callable[[Array], tuple[Array, Array]]
 HoldOut = Any  # mask, places or a slice of the measured numbers
 
 _MOST_STEPS = 100
+# Steps after which the search no longer goes along what the data cannot see: such valleys are bent and without end.
+_PATIENCE = 30
 _MOST_SCALES = 30  # rounds of reweighting; each halves the scale's change or better
 _NUMERICAL_RANK = 1e-9  # of the largest singular value: what is smaller is rounding of model and derivatives
 # Share of the residual along the slopes at which the search ends; and at which it ends where a step brings no gain,
@@ -329,9 +331,13 @@ def _descend(problem: _Problem, start: Array, size: float, held: int | None = No
         if held is not None:
             free[held] = False
         norms = np.maximum(norms, np.linalg.norm(columns, axis=0))
-        unit = np.where(norms > 0.0, norms, 1.0)
+        patient = steps < _PATIENCE
+        unit = np.where(norms > 0.0, norms, 1.0) if patient else np.ones(count)
         left, singular, right = np.linalg.svd((columns / unit)[:, free], full_matrices=False)
         seen = singular > _NUMERICAL_RANK * singular.max(initial=0.0)
+        if not patient:
+            freedom = max(residual.size - count, 1)
+            seen &= singular > (1.0 if problem.noise == "given" else np.linalg.norm(weighted) / np.sqrt(freedom))
         along = left[:, seen].T @ weighted
         share = float(np.linalg.norm(along) / max(np.linalg.norm(weighted), np.finfo(float).tiny))
         if share <= _FLAT or cost <= floor:

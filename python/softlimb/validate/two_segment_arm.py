@@ -204,8 +204,8 @@ def validate(folder: Path) -> Validation:
         "two_segment_arm",
         f"{len(everything.session)} static holds of a hanging pneumatic arm of two segments; {int((~pressed).sum())} "
         "at 0 psi are not in the comparison and place one marker. Four empirical actuators a segment, driven by the "
-        "commanded pressures. Fitted: two numbers, how the rest length of every chamber grows with its pressure; all else as the "
-        f"source states it. Per cent of {_FULL / mm:.0f} mm, the inflated arm.",
+        "commanded pressures. Fitted: two numbers, how the rest length of every chamber grows with its pressure; all "
+        f"else as the source states it. Per cent of {_FULL / mm:.0f} mm, the inflated arm.",
         (
             Table(
                 "distance of the tip, by sessions",
