@@ -13,7 +13,7 @@ from softlimb import plot
 from softlimb.cli import main
 from softlimb.identify import ActuatorCurve, identify
 from softlimb.units import kPa, mm, psi
-from softlimb.validate import DATASETS, fibre_tubes, two_segment_arm, validate
+from softlimb.validate import DATASETS, fibre_tubes, tendon_tentacle, two_segment_arm, validate
 from softlimb.validate.results import read_columns
 from tube_examples import proximal
 
@@ -23,6 +23,9 @@ def folder_of(shared: Path, name: str) -> Path:
     if not folder.is_dir():
         pytest.skip(f"no data at {folder}")
     return folder
+
+
+QUICK = ("fibre_tubes", "tensile_curves", "two_segment_arm")  # the tentacle takes a minute and more
 
 
 def column(table: Any, heading: str) -> list[str]:
@@ -70,7 +73,7 @@ def test_tensile_curves_are_met_in_the_fit_range_and_missed_beyond(shared: Path)
 
 
 def test_every_data_set_has_a_table_a_picture_and_words(shared: Path, tmp_path: Path, capsys: Any) -> None:
-    for name in DATASETS:
+    for name in QUICK:
         files = {kind: tmp_path / f"{name}.{kind}" for kind in ("png", "csv")}
         data = str(folder_of(shared, name))
         code = main(["validate", name, "--data", data, "--output", str(files["png"]), "--table", str(files["csv"])])
@@ -90,6 +93,35 @@ def test_the_folder_comes_from_the_environment(shared: Path, monkeypatch: Any, c
 
 
 # Data made up: what went in comes out
+
+
+def test_a_modulus_put_in_comes_out_of_a_tentacle(tmp_path: Path) -> None:
+    names = ["m1_u005", "m2_u01", "m12_u00050010", "m1_u01", "m1_u008"]
+    tensions = np.array([tendon_tentacle.tensions_of(name) for name in names])
+    blank = tendon_tentacle.Poses(names, tensions, np.zeros((5, 4, 3)))
+    markers = tendon_tentacle.predict(450 * kPa, blank) * tendon_tentacle._AXES
+    rows = [["experiment", *(f"p{k}_{axis}_m" for k in range(1, 5) for axis in "xyz")]]
+    rows += [[name, *(f"{x:.9f}" for x in seen.ravel())] for name, seen in zip(names, markers, strict=True)]
+    with (tmp_path / "tentacle_markers.csv").open("w", newline="") as file:
+        csv.writer(file).writerows(rows)
+    result = validate("tendon_tentacle", tmp_path)
+    assert result.findings[0].startswith("modulus 450 kPa")
+    # tensions to 5e-4, and a rod that they bend by its own length: a tenth of a millimetre
+    assert max(float(text) for text in column(result.tables[0], "held out [mm]")) < 0.2
+    rows[1][0] = "m3_u01"
+    with (tmp_path / "tentacle_markers.csv").open("w", newline="") as file:
+        csv.writer(file).writerows(rows)
+    with pytest.raises(ValueError, match="experiment 'm3_u01': expected"):
+        validate("tendon_tentacle", tmp_path)
+
+
+def test_tendons_pull_as_hard_as_they_are_asked_to() -> None:
+    asked = np.array([3.0, 1.5])
+    posture = tendon_tentacle.solve(500 * kPa, asked)
+    assert posture is not None and posture.stable and posture.verify().success
+    for row in posture.rods[: len(posture.rods) - 4]:  # the last link has no tendon
+        pulls = [np.linalg.norm(rod.base_wrench[:3]) for rod in row[1:]]
+        np.testing.assert_allclose(pulls, asked, rtol=5e-4)  # where the search for rest lengths ends
 
 
 def made_up_tubes(path: Path, mu: float = 300 * kPa) -> None:

@@ -15,9 +15,9 @@ _WIDTH = 110
 
 _EPILOG = """\
 Data sets: fibre_tubes (tubes with one family of fibres), tensile_curves (silicones), two_segment_arm (a pneumatic arm
-of two segments). The data are not part of the package; they are looked for in the folder
-that --data names, or where SOFTLIMB_SHARED says, in measured/DATASET (tensile_curves: materials/raw). Errors are in mm
-and in per cent of a length that is printed with them."""
+of two segments), tendon_tentacle (a tapered rod pulled by tendons). The data are not part of the package; they are
+looked for in the folder that --data names, or where SOFTLIMB_SHARED says, in measured/DATASET (tensile_curves:
+materials/raw). Errors are in mm and in per cent of a length that is printed with them."""
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

@@ -23,6 +23,7 @@ DATASETS = {
     "fibre_tubes": _Dataset("measured/fibre_tubes", "fibre_tubes"),
     "tensile_curves": _Dataset("materials/raw", "tensile_curves"),
     "two_segment_arm": _Dataset("measured/two_segment_arm", "two_segment_arm"),
+    "tendon_tentacle": _Dataset("measured/tendon_tentacle", "tendon_tentacle"),
 }
 """Names that `validate` knows."""
 
