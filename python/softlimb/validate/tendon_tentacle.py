@@ -36,8 +36,8 @@ _DRUM = 0.0325  # torque over tension [m]
 _FIRST_MODULUS, _DENSITY = 505 * kPa, 1318.0  # before any fit, and of the source's own fit [kg/m^3]
 _PUBLISHED = (11.0, 18.0, 19.0, 36.0)  # rms of each marker that the source's own fit leaves [mm]
 _AXES = np.array([1.0, -1.0, -1.0])  # their z points up, ours along the hanging rod
-# Nodes: base, markers, joint, and three between each two of them. With one between two the tip of a strongly bent pose
-# is some 60 mm elsewhere, with seven some 10 mm: the findings give that number for a pose.
+# Nodes: base, markers, joint, and three between each two of them. The thin end of a strongly bent pose still moves when
+# there are more: the findings give by how much.
 _CORNERS = np.array([0.0, *_MARKERS[:3], _JOINT, _LENGTH])
 _NODES = np.interp(np.linspace(0.0, 5.0, 21), np.arange(6.0), _CORNERS)
 _MARKED = tuple(int(np.argmin(np.abs(_NODES - s))) - 1 for s in _MARKERS)  # plates that carry markers
