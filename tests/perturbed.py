@@ -8,60 +8,13 @@ from typing import Any
 import numpy as np
 
 import softlimb as sl
-
-FIELDS = {"Yeoh": ("c1", "c2", "c3"), "NeoHookean": ("c1",), "MooneyRivlin": ("c10", "c01"), "Gent": ("mu", "jm")}
-
-
-def changed_law(law: Any, what: str, step: float) -> Any:
-    names = ("mu", "alpha") if isinstance(law, sl.Ogden) else FIELDS[type(law).__name__]
-    given = {name: getattr(law, name) for name in (*names, "density")}
-    if found := re.fullmatch(r"(mu|alpha)\[(\d)\]", what):
-        given[found[1]] = list(given[found[1]])
-        given[found[1]][int(found[2])] += step
-    else:
-        given[what] += step
-    return type(law)(**given)
-
-
-def changed_fibres(fibres: Any, group: int, name: str, step: float) -> list[sl.Fibres]:
-    """Families of one size of angle are a group; the angle grows in size, the others of the group as much each."""
-    sizes = list(dict.fromkeys(abs(family.angle) for family in fibres))
-    out = []
-    for family in fibres:
-        given = {"angle": family.angle}
-        given |= (
-            {"modulus": family.modulus, "fraction": family.fraction}
-            if family.modulus
-            else {"stiffness": family.stiffness}
-        )
-        if abs(family.angle) == sizes[group]:
-            given[name] += step * (np.sign(family.angle) if name == "angle" else 1.0)
-        out.append(sl.Fibres(**given))
-    return out
+from softlimb.changed import changed_tube as changed_by_name
+from softlimb.changed import tube_values
 
 
 def changed_tube(tube: sl.Tube, what: str, step: float) -> sl.Tube:
     """``what`` is the label of a column within the tube, as ``layers[0].c1``."""
-    given: dict[str, Any] = {"length": tube.length, "mass": tube._given_mass, "cap_length": tube.cap_length}
-    radii = [tube.layers[0].inner, *(layer.outer for layer in tube.layers)]
-    laws = [layer.law for layer in tube.layers]
-    fibres = [list(layer.fibres) for layer in tube.layers]
-    if what in given:
-        given[what] += step
-    elif found := re.fullmatch(r"radii\[(\d)\]", what):
-        radii[int(found[1])] += step
-    elif found := re.fullmatch(r"layers\[(\d)\]\.fibre_(angle|fraction|modulus|stiffness)(?:\[(\d)\])?", what):
-        number = int(found[1])
-        fibres[number] = changed_fibres(fibres[number], int(found[3] or 0), found[2], step)
-    else:
-        found = re.fullmatch(r"layers\[(\d)\]\.(.*)", what)
-        assert found, what
-        laws[int(found[1])] = changed_law(laws[int(found[1])], found[2], step)
-    layers = [
-        sl.Layer(inner, outer, law, fibres=families) if families else sl.Layer(inner, outer, law)
-        for inner, outer, law, families in zip(radii, radii[1:], laws, fibres, strict=False)
-    ]
-    return sl.Tube(layers=layers, tension_only=tube.tension_only, ends=tube.ends, **given)
+    return changed_by_name(tube, {what: tube_values(tube)[what] + step})
 
 
 def changed_rod(rod: sl.Rod, what: str, step: float) -> sl.Rod:

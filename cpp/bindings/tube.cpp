@@ -423,7 +423,7 @@ ValueError
             },
             py::arg("pressure"), py::arg("model"), py::arg("valve"), py::arg("parameter"), py::arg("layer"),
             py::arg("number"), py::arg("twin"),
-            "Derivative of rest length and section to one number of the tube, for tests.")
+            "Derivative of rest length and section to one number of the tube.")
         .def(
             "_energy",
             [](const Tube& tube, double stretch, double volume, double twist) {

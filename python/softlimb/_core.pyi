@@ -2098,7 +2098,7 @@ class Tube:
         ...
     def _section_slope(self, pressure: typing.SupportsFloat | typing.SupportsIndex, model: str, valve: str, parameter: str, layer: typing.SupportsInt | typing.SupportsIndex, number: typing.SupportsInt | typing.SupportsIndex, twin: typing.SupportsInt | typing.SupportsIndex) -> tuple[float, Section]:
         """
-        Derivative of rest length and section to one number of the tube, for tests.
+        Derivative of rest length and section to one number of the tube.
         """
     def _stress(self, states: TubeStates, radius: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], is_reference: bool) -> numpy.typing.NDArray[numpy.float64]:
         ...

@@ -7,6 +7,7 @@ from softlimb.plot.material import draw_fit
 from softlimb.plot.path import path
 from softlimb.plot.reach import reach
 from softlimb.plot.tube import ballooning, elongation, stiffness, wall_stress
+from softlimb.plot.validation import profile, validation
 from softlimb.plot.workspace import payload_rose, settling, workspace
 
 __all__ = [
@@ -19,12 +20,14 @@ __all__ = [
     "path",
     "payload_rose",
     "positions",
+    "profile",
     "radius_ratio",
     "reach",
     "settling",
     "side_view",
     "stiffness",
     "sweep",
+    "validation",
     "wall_stress",
     "workspace",
 ]
