@@ -21,6 +21,7 @@ CPP_MAY_USE = {
     "rod": {"solve"},
     "limb": {"rod", "solve"},
     "sweep": {"actuator", "limb", "materials", "rod", "solve"},
+    "control": set(),
     "bench": set(),
 }
 
@@ -38,7 +39,7 @@ PYTHON_ORDER = [
     ["scenes"],
     ["rows"],
     ["payload", "reach", "sweep"],
-    ["paper_reach", "sense"],
+    ["paper_reach", "sense", "control"],
     ["measured"],
     ["plot"],
     ["bench"],
