@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from softlimb import units
 
 if TYPE_CHECKING:
-    from softlimb import materials, measured, plot, presets
+    from softlimb import control, materials, measured, plot, presets
     from softlimb._core import Gent, MooneyRivlin, NeoHookean, Ogden, Section, Yeoh
     from softlimb.limb import Limb, Plate, Rod, Segment
     from softlimb.materials import fit_uniaxial, read_tensile_csv
@@ -48,6 +48,7 @@ __all__ = [
     "TubeState",
     "Verification",
     "Yeoh",
+    "control",
     "fit_uniaxial",
     "load_scene",
     "materials",
@@ -58,7 +59,7 @@ __all__ = [
     "units",
 ]
 
-_MODULES = ("materials", "measured", "plot", "presets")
+_MODULES = ("control", "materials", "measured", "plot", "presets")
 _HOME = {
     "_core": ("Gent", "MooneyRivlin", "NeoHookean", "Ogden", "Section", "Yeoh"),
     "limb": ("Limb", "Plate", "Rod", "Segment"),

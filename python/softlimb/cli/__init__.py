@@ -14,9 +14,9 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from softlimb.cli import bench, compare, fit, posture, reach, report, sweep
+from softlimb.cli import bench, compare, control, fit, posture, reach, report, sweep
 
-SUBCOMMANDS = (posture, reach, sweep, compare, fit, bench, report)
+SUBCOMMANDS = (posture, reach, control, sweep, compare, fit, bench, report)
 
 
 _BROKEN_PIPE = 141  # what a shell reports of a command that SIGPIPE ended

@@ -15,6 +15,7 @@ __all__ = ["PID", "NeuralPID"]
 
 Sign = Literal["descending", "printed"]
 AntiWindup = Literal["none", "conditional", "back_calculation"]
+Learning = Literal["gradient", "normalised"]
 Three = tuple[float, float, float]
 
 _SIGNS, _ANTI_WINDUP = ("descending", "printed"), ("none", "conditional", "back_calculation")
@@ -191,7 +192,7 @@ class NeuralPID(_Controller):
         weights: ArrayLike,
         *,
         rates: ArrayLike,
-        learning: Literal["gradient", "normalised"] = "gradient",
+        learning: Learning = "gradient",
         slope: Literal["one", "secant", "given"] = "one",
         lowest: ArrayLike = 0.0,
         highest: ArrayLike = 1e3,

@@ -1,5 +1,6 @@
 """Pictures. Every function returns a figure, or draws into the axes it is given, and leaves no global state behind."""
 
+from softlimb.plot.control import learning, pressure_control
 from softlimb.plot.curves import comparison, curve, positions, sweep
 from softlimb.plot.limb import limb, side_view
 from softlimb.plot.material import draw_fit
@@ -13,9 +14,11 @@ __all__ = [
     "curve",
     "draw_fit",
     "elongation",
+    "learning",
     "limb",
     "path",
     "positions",
+    "pressure_control",
     "reach",
     "side_view",
     "stiffness",
