@@ -2617,7 +2617,7 @@ def potential_energy_slopes(posture: Posture, parameters: Parameters, made: tupl
     """
     Its derivatives, (columns,).
     """
-def reach(geometry: Geometry, members: Members, scene: Scene, *, target: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], weights: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], lower: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], upper: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], preferred: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], tolerance: typing.SupportsFloat | typing.SupportsIndex, section: str, valve: str, start: Posture | None, start_pressures: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None, learned: Reached | None) -> Reached:
+def reach(geometry: Geometry, members: Members, scene: Scene, *, target: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], weights: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], lower: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], upper: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], preferred: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], tolerance: typing.SupportsFloat | typing.SupportsIndex, section: str, valve: str, start: Posture | None, start_pressures: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None, learned: Reached | None, starts: typing.SupportsInt | typing.SupportsIndex) -> Reached:
     """
     Pressures within bounds (one number an actuator [Pa]) that put the tip on the target pose (4, 4), errors
     counted by six weights; of the scene only loads and holds count.

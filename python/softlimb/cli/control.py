@@ -1,30 +1,34 @@
-"""``softlimb control``: fixed and neural PIDs side by side on the pressures of a scene."""
+"""``softlimb control``: fixed and neural PIDs side by side on a scene's pressures, or a task of its limb's tip."""
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softlimb.cli.scene_arguments import add_outputs, add_scene, heading, naming, save_picture, scene_of
+from softlimb.cli.scene_arguments import add_outputs, add_scene, heading, naming, new_file, save_picture, scene_of
 from softlimb.cli.tables import aligned, number, write_csv
-from softlimb.units import g, kPa, ms
+from softlimb.units import g, kPa, mm, ms
 
 if TYPE_CHECKING:
     from softlimb.control import Comparison, Metrics, Pneumatics
     from softlimb.scenes import Scene
 
 _SIGNALS = ("steps", "ramp", "sine", "staircase")
+_TASKS = ("carry", "circle", "eight")
+_HOME = 30 * kPa  # in all actuators: where a task's offsets count from
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Arguments of the subcommand."""
     parser = subparsers.add_parser(
         "control",
-        help="compare pressure controllers on the pressures of a scene",
+        help="compare pressure controllers on the pressures of a scene, or let its limb do a task",
         description="Let fixed and neural PIDs follow steps, a ramp, a sine and a staircase to the scene's pressures "
-        "against a pneumatic plant, undisturbed and disturbed, and print what each of them is worth.",
+        "against a pneumatic plant, undisturbed and disturbed, and print what each of them is worth. With --task let "
+        "limbs that are not quite the scene's do a task under its gravity, and print how near their tips came.",
     )
     add_scene(parser)
     parser.add_argument(
@@ -39,20 +43,33 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--disturbed", choices=_SIGNALS, default="staircase", help="the signal that disturbances are tried on"
     )
     parser.add_argument("--learning-limits", action="store_true", help="find the learning rates that do not settle")
-    parser.add_argument("--seed", type=int, default=0, help="of the sensors' noise (default: 0)")
+    parser.add_argument("--seed", type=int, default=0, help="of the sensors' noise, and of the first limb (default: 0)")
+    parser.add_argument("--task", choices=_TASKS, help="a task of the tip in place of the comparison")
+    parser.add_argument("--seeds", type=int, default=1, metavar="N", help="so many limbs for a task (default: 1)")
+    parser.add_argument(
+        "--animation", type=new_file, metavar="GIF", help="of a task: write the last limb's motion, closed loop"
+    )
     add_outputs(parser, "write all runs")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Compare, print, write."""
-    from softlimb.control import Pneumatics, candidates, compare, follow
-    from softlimb.control.signals import SIGNALS
-
+    """Compare or do the task, print, write."""
     scene = scene_of(arguments)
+    if arguments.seeds < 1:
+        raise ValueError(f"--seeds must be at least 1, got {arguments.seeds}")
+    if arguments.animation is not None and (arguments.task is None or arguments.animation.suffix.lower() != ".gif"):
+        raise ValueError("--animation needs a --task, and a name that ends in .gif")
     if arguments.evaluations and arguments.evaluations < 10:
         raise ValueError(f"--evaluations must be 0, or at least 10, got {arguments.evaluations}")
     if arguments.seed < 0:
         raise ValueError(f"--seed must not be negative, got {arguments.seed}")
+    return _compare(arguments, scene) if arguments.task is None else _do(arguments, scene)
+
+
+def _compare(arguments: argparse.Namespace, scene: Scene) -> int:
+    from softlimb.control import Pneumatics, candidates, compare, follow
+    from softlimb.control.signals import SIGNALS
+
     with naming(arguments.scene):
         goal = _goal(scene)
         pneumatics = Pneumatics(scene.limb, seed=arguments.seed)
@@ -92,12 +109,53 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _do(arguments: argparse.Namespace, scene: Scene) -> int:
+    from softlimb import plot
+    from softlimb.control import TASKS, posture_study
+
+    _require_actuators(scene)
+    with naming(arguments.scene):
+        home = scene.limb.solve(np.full(sum(scene.counts), _HOME), gravity=scene.gravity)
+    if not (home.success and home.stable):
+        print(f"status: {home.status}\nmessage: there is no stable posture to start from: {home.message}")
+        return 1
+    down = {"direction": scene.gravity} if arguments.task == "carry" and scene.gravity.any() else {}
+    task = replace(TASKS[arguments.task](**down), home=tuple(home.tip[:3, 3]))
+    print(heading(arguments.scene, scene))
+    print(f"task: {task.name}, {task.seconds:g} s, on limbs that are not the model; reference length ", end="")
+    print(f"{number(scene.limb.length / mm, 1)} mm")
+    print("errors of the tip [mm]: mean (of the length), 95th percentile, largest")
+    rows, failed = [], 0
+    seeds = range(arguments.seed, arguments.seed + arguments.seeds)
+    for found in posture_study(scene.limb, task, seeds, gravity=scene.gravity):
+        runs = {"open loop": found.open_loop, "closed loop": found.closed_loop}
+        for name, one in runs.items():
+            said = [number(x / mm, 2) for x in (one.errors.mean, one.errors.percentile_95, one.errors.largest)]
+            share = f"{one.errors.shares()[0]:.2%}"
+            print(
+                f"seed {found.seed:3}  {name:>11}: {said[0]} ({share}), {said[1]}, {said[2]}; {one.message}", flush=True
+            )
+            rows.append([str(found.seed), name, *said, share, one.message])
+            failed += not one.success
+    if arguments.table is not None:
+        write_csv(arguments.table, ["seed", "loop", "mean_mm", "p95_mm", "largest_mm", "mean_share", "outcome"], rows)
+    if arguments.output is not None:
+        save_picture(plot.tip_path(runs), arguments.output)
+    if arguments.animation is not None:
+        print(f"animation: {plot.animation(runs['closed loop'], arguments.animation)}")
+    return 1 if failed else 0
+
+
+def _require_actuators(scene: Scene) -> None:
+    if sum(scene.counts) == 0:
+        raise ValueError("the limb has no actuators: there is no pressure to control")
+
+
 _UNITS = ("", "_s", "", "_Pa_s", "_Pa_s2", "_Pa", "_kg")
 
 
 def _goal(scene: Scene) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    if sum(scene.counts) == 0:
-        raise ValueError("the limb has no actuators: there is no pressure to control")
+    _require_actuators(scene)
     if scene.pressures is None or not (scene.pressures > 0.0).any():
         raise ValueError("the scene has no pressures to follow: add `pressures_kPa` to [scene], or give them")
     if (scene.pressures < 0.0).any():

@@ -177,7 +177,8 @@ class Sensor:
     Parameters
     ----------
     low, high : float
-        What the converter spans, gauge [Pa]. Assumption: 0 to 200 kPa, 0.2 kPa a code.
+        What the converter spans, gauge [Pa]. Assumption: -5 to 200 kPa, 0.2 kPa a code; below zero, so that an offset
+        does not hide where zero is.
     noise : float
         Standard deviation of a reading [Pa]. Assumption: 100 Pa.
     offset : float
@@ -191,7 +192,7 @@ class Sensor:
         A number is out of range.
     """
 
-    low: float = 0.0
+    low: float = -5 * kPa
     high: float = 200 * kPa
     noise: float = 100.0
     offset: float = 0.0

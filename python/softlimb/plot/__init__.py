@@ -1,6 +1,6 @@
 """Pictures. Every function returns a figure, or draws into the axes it is given, and leaves no global state behind."""
 
-from softlimb.plot.control import learning, pressure_control
+from softlimb.plot.control import animation, learning, pressure_control, tip_path
 from softlimb.plot.curves import comparison, curve, positions, sweep
 from softlimb.plot.limb import limb, side_view
 from softlimb.plot.material import draw_fit
@@ -9,6 +9,7 @@ from softlimb.plot.reach import reach
 from softlimb.plot.tube import ballooning, elongation, stiffness, wall_stress
 
 __all__ = [
+    "animation",
     "ballooning",
     "comparison",
     "curve",
@@ -23,5 +24,6 @@ __all__ = [
     "side_view",
     "stiffness",
     "sweep",
+    "tip_path",
     "wall_stress",
 ]

@@ -1,19 +1,25 @@
-"""Pictures of pressure control: pressures, commands and weights over time; learning rates and where they fail."""
+"""Pictures of control: pressures, commands, weights; learning rates and where they fail; the tip's path; a film."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from softlimb.control import LearningLimit, Trace
+from softlimb.arguments import one_positive
+from softlimb.control import LearningLimit, PostureRun, Trace
 from softlimb.plot import style
-from softlimb.units import kPa
+from softlimb.plot.limb import side_view
+from softlimb.units import kPa, mm
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+Array: TypeAlias = NDArray[np.float64]
 
 _LINES: tuple[dict[str, Any], ...] = (
     {"color": "#1f4e79", "linestyle": "-"},
@@ -123,6 +129,149 @@ def learning(limits: Mapping[str, LearningLimit]) -> Figure:
         *left.get_legend_handles_labels(), loc="outside upper center", ncols=4, frameon=False, fontsize=style.FONT_SIZE
     )
     return figure
+
+
+def tip_path(runs: Mapping[str, PostureRun]) -> Figure:
+    """The tip's way in space beside the one that was wanted, and its distance from there over time.
+
+    Parameters
+    ----------
+    runs : mapping of str to PostureRun
+        Of one task, by name; four at most. Settling is left out.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ValueError
+        There is none, more than four, or they are of different tasks.
+    """
+    if not 1 <= len(runs) <= len(_LINES):
+        raise ValueError(f"runs must be one to {len(_LINES)}, got {len(runs)}")
+    tasks = {run.task.name for run in runs.values()}
+    if len(tasks) > 1:
+        raise ValueError(f"runs must be of one task, got {', '.join(sorted(tasks))}")
+    figure = style.new_figure(180.0, 95.0, constrained=False)
+    space = figure.add_axes((0.0, 0.02, 0.5, 0.86), projection="3d")
+    time = figure.add_axes((0.6, 0.15, 0.38, 0.68))
+    first = next(iter(runs.values()))
+    wanted = first.wanted[first.time > 0.0] / mm
+    space.plot(*wanted.T, color="0.55", linewidth=3.0, alpha=0.6, label="wanted")
+    for line, (name, run) in zip(_LINES, runs.items(), strict=False):
+        rows = run.time > 0.0
+        space.plot(*(run.tip[rows, :3, 3] / mm).T, linewidth=1.2, label=name, **line)
+        time.plot(run.time[rows], run.distances[rows] / mm, linewidth=1.2, **line)
+    top = 1.12 * time.get_ylim()[1]
+    time.set_ylim(0.0, top)
+    for start, phase in first.task.phases:
+        time.axvline(start, color="0.6", linewidth=0.8, linestyle=":")
+        time.text(start, top, f" {phase}", fontsize=style.FONT_SIZE - 2.0, va="top")
+    style.finish(time, "time [s]", "distance of the tip from its target [mm]")
+    _finish_space(space, first)
+    figure.legend(
+        *space.get_legend_handles_labels(), loc="upper left", ncols=5, frameon=False, fontsize=style.FONT_SIZE
+    )
+    return figure
+
+
+def _finish_space(ax: Any, run: PostureRun) -> None:
+    for name in "xyz":
+        getattr(ax, f"set_{name}label")(f"{name} [mm]", fontsize=style.FONT_SIZE, labelpad=1.0)
+        getattr(ax, f"{name}axis").pane.set_facecolor("white")
+    ax.tick_params(labelsize=style.FONT_SIZE - 2.0, pad=0.0)
+    ax.locator_params(nbins=5)
+    ax.view_init(elev=22.0, azim=-58.0)
+    spans = [np.ptp(getattr(ax, f"get_{name}lim")()) for name in "xyz"]
+    # equal scales, but a level path keeps a height to be seen in
+    ax.set_box_aspect(np.maximum(spans, 0.35 * max(spans)), zoom=0.88)
+    if run.postures[0].loads["gravity"][2] > 0.0:
+        ax.invert_zaxis()
+
+
+def animation(run: PostureRun, path: str | Path, *, speed: float = 1.0) -> Path:
+    """Write the limb's motion as a GIF: two views from the side, the target, and the way of the tip so far.
+
+    Parameters
+    ----------
+    run : PostureRun
+        Its ``kept`` says how many pictures there are: every fifth outer step is ten a second.
+    path : str or Path
+        Ends in ``.gif``.
+    speed : float
+        How much faster than life.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    ValueError
+        Another ending, or a speed that is not positive.
+
+    Notes
+    -----
+    In the axes of the true base. Colours show pressure, from pale to dark, on one scale for all pictures.
+    """
+    from matplotlib.animation import PillowWriter
+
+    path = Path(path)
+    if path.suffix.lower() != ".gif":
+        raise ValueError(f"an animation must be written to a .gif, got {path.name!r}")
+    count = len(run.postures)
+    at = np.arange(count) * run.kept
+    shown = [k for k in range(count) if run.time[at[k]] > 0.0 and run.postures[k].success]
+    if not shown:
+        raise ValueError("there is no posture of the task to show")
+    wanted, tips = (run.wanted @ run.base) / mm, (run.tip[:, :3, 3] @ run.base) / mm
+    highest = 10.0 * kPa * float(np.ceil(max(float(run.pressures.max()), 1.0) / (10.0 * kPa)))
+    limits = _common_limits(run, shown, wanted)
+    hangs = run.postures[0].loads["gravity"][2] > 0.0
+    frame_time = run.kept * (run.time[1] - run.time[0])
+    writer = PillowWriter(fps=max(1, round(one_positive("speed", speed) / frame_time)))
+    figure = style.new_figure(130.0, 110.0, constrained=False)
+    views = [figure.add_axes((0.13 + 0.46 * axis, 0.12, 0.38, 0.76)) for axis in (0, 1)]
+    task_time = run.time > 0.0
+    with writer.saving(figure, str(path), dpi=_FILM_DOTS_PER_INCH):
+        for k in shown:
+            now = int(at[k])
+            for axis, ax in enumerate(views):
+                ax.clear()
+                side_view(run.postures[k], ax, axis, highest=highest)
+                ax.plot(*wanted[task_time][:, [axis, 2]].T, color="0.45", linewidth=0.8, linestyle=":")
+                so_far = task_time & (np.arange(len(tips)) <= now)
+                ax.plot(*tips[so_far][:, [axis, 2]].T, color=style.PREDICTED["color"], linewidth=1.2)
+                ax.plot(*wanted[now, [axis, 2]], color=style.LOAD_COLOUR, marker="x", markersize=7.0, linestyle="none")
+                if run.load[now].any():
+                    ax.plot(*tips[now, [axis, 2]], color="black", marker="v", markersize=7.0, linestyle="none")
+                ax.set_xlim(*limits[axis])
+                ax.set_ylim(*(limits[2][::-1] if hangs else limits[2]))
+            views[1].set_ylabel("")
+            phase = [name for start, name in run.task.phases if start <= run.time[now]]
+            load = f", load {np.linalg.norm(run.load[now]):.2g} N" if run.load[now].any() else ""
+            title = f"{run.task.name}: {run.time[now]:4.1f} s, {phase[-1] if phase else 'task'}{load}"
+            figure.suptitle(title, fontsize=style.FONT_SIZE + 1.0, x=0.03, ha="left")
+            writer.grab_frame()
+    return path
+
+
+_FILM_DOTS_PER_INCH = 80
+
+
+def _common_limits(run: PostureRun, shown: Sequence[int], wanted: Array) -> Array:
+    """What all pictures show, (3, 2) [mm]; x and y alike, so that both views have one scale."""
+    points = np.concatenate([run.postures[k].centreline(20) for k in shown]) / mm
+    points = np.concatenate([points, wanted[run.time > 0.0], np.zeros((1, 3))])
+    # beside the centreline the tubes, beyond its end the tip's plate
+    widest = max(segment.ring_radius or 0.0 for segment in run.postures[0].limb.segments)
+    margin = 2.5 * widest / mm + 10.0
+    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+    across = max(high[0] - low[0], high[1] - low[1])
+    middle = 0.5 * (low + high)
+    low[:2], high[:2] = middle[:2] - 0.5 * across, middle[:2] + 0.5 * across
+    return np.stack([low, high], axis=1)
 
 
 def _legend(ax: Axes, columns: int) -> None:
