@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from frames import turn
+from softlimb import plot
+from softlimb.cli import main
 from softlimb.control import (
     PID,
     TASKS,
@@ -304,3 +307,53 @@ def test_a_guard_that_is_healthy_says_nothing_in_any_task(limb) -> None:
 def test_bad_arguments_are_refused_by_name(limb, make, says: str) -> None:
     with pytest.raises(ValueError, match=says):
         make(limb)
+
+
+# Pictures and the command
+
+
+@pytest.fixture(scope="module")
+def runs(limb):
+    task = carry(pace=0.1)
+    return {name: run_task(limb, task, control=PostureControl(closed=name == "closed loop"), keep=20)
+            for name in ("open loop", "closed loop")}  # fmt: skip
+
+
+def test_the_tips_path_is_drawn_beside_the_one_that_was_wanted(runs, limb) -> None:
+    figure = plot.tip_path(runs)
+    space, time = figure.axes
+    assert [line.get_label() for line in space.lines] == ["wanted", "open loop", "closed loop"]
+    assert space.get_zlabel() == "z [mm]" and time.get_ylabel() == "distance of tip from target [mm]"
+    assert_allclose(time.lines[0].get_ydata()[-1], runs["open loop"].distances[-1] / mm, rtol=1e-12)
+    low, high = space.get_zlim()
+    assert low > high  # it hangs
+    with pytest.raises(ValueError, match="runs must be of one task, got carry, still"):
+        plot.tip_path({"a": runs["open loop"], "b": run_task(limb, still(seconds=0.04), settling=0.04)})
+
+
+def test_an_animation_has_a_picture_for_every_posture_of_the_task(runs, tmp_path: Path) -> None:
+    from PIL import Image
+
+    run = runs["closed loop"]
+    path = plot.animation(run, tmp_path / "carry.gif", speed=2.0)
+    rows = np.arange(len(run.postures)) * run.kept
+    with Image.open(path) as film:
+        assert film.n_frames == np.sum(run.time[rows] > 0.0) >= 2
+        assert film.info["duration"] == 200  # [ms]: every 0.4 s, twice as fast as life
+    with pytest.raises(ValueError, match=r"must be written to a \.gif"):
+        plot.animation(run, tmp_path / "carry.mp4")
+
+
+def test_the_command_lets_limbs_do_a_task(tmp_path: Path, monkeypatch, capsys) -> None:
+    monkeypatch.setitem(TASKS, "carry", lambda **options: carry(pace=0.1, **options))
+    names = {kind: tmp_path / f"run.{kind}" for kind in ("png", "csv", "gif")}
+    arguments = ["control", "complex-posture", "--task", "carry", "--seed", "3"]
+    arguments += ["--output", str(names["png"]), "--table", str(names["csv"]), "--animation", str(names["gif"])]
+    assert main(arguments) == 0
+    said = capsys.readouterr().out
+    assert "reference length 650.0 mm" in said and "seed   3    open loop:" in said and "; done" in said
+    assert len(names["csv"].read_text(encoding="utf-8").splitlines()) == 3
+    assert names["png"].read_bytes()[:4] == b"\x89PNG" and names["gif"].read_bytes()[:3] == b"GIF"
+    assert main(["control", "complex-posture", "--animation", str(names["gif"])]) == 2
+    assert "--animation needs a --task" in capsys.readouterr().err
+    assert main(["control", "complex-posture", "--task", "carry", "--seeds", "0"]) == 2

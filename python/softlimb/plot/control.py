@@ -154,8 +154,8 @@ def tip_path(runs: Mapping[str, PostureRun]) -> Figure:
     if len(tasks) > 1:
         raise ValueError(f"runs must be of one task, got {', '.join(sorted(tasks))}")
     figure = style.new_figure(180.0, 95.0, constrained=False)
-    space = figure.add_axes((0.0, 0.02, 0.5, 0.86), projection="3d")
-    time = figure.add_axes((0.6, 0.15, 0.38, 0.68))
+    space = figure.add_axes((0.0, 0.02, 0.46, 0.88), projection="3d")
+    time = figure.add_axes((0.6, 0.15, 0.38, 0.74))
     first = next(iter(runs.values()))
     wanted = first.wanted[first.time > 0.0] / mm
     space.plot(*wanted.T, color="0.55", linewidth=3.0, alpha=0.6, label="wanted")
@@ -163,12 +163,13 @@ def tip_path(runs: Mapping[str, PostureRun]) -> Figure:
         rows = run.time > 0.0
         space.plot(*(run.tip[rows, :3, 3] / mm).T, linewidth=1.2, label=name, **line)
         time.plot(run.time[rows], run.distances[rows] / mm, linewidth=1.2, **line)
-    top = 1.12 * time.get_ylim()[1]
+    top = 1.16 * time.get_ylim()[1]
     time.set_ylim(0.0, top)
-    for start, phase in first.task.phases:
+    time.set_xlim(0.0, 1.12 * first.task.seconds)  # room for the last phase's name
+    for number, (start, phase) in enumerate(first.task.phases):  # names in two rows: phases may be short
         time.axvline(start, color="0.6", linewidth=0.8, linestyle=":")
-        time.text(start, top, f" {phase}", fontsize=style.FONT_SIZE - 2.0, va="top")
-    style.finish(time, "time [s]", "distance of the tip from its target [mm]")
+        time.text(start, (1.0 - 0.05 * (number % 2)) * top, f" {phase}", fontsize=style.FONT_SIZE - 2.0, va="top")
+    style.finish(time, "time [s]", "distance of tip from target [mm]")
     _finish_space(space, first)
     figure.legend(
         *space.get_legend_handles_labels(), loc="upper left", ncols=5, frameon=False, fontsize=style.FONT_SIZE
