@@ -361,3 +361,17 @@ def test_a_search_is_interrupted_by_ctrl_c(limb: sl.Limb) -> None:
     with pytest.raises(KeyboardInterrupt):
         for _ in range(1000):  # a tenth of a second each: far longer than the interrupt takes
             limb.reach(position=(0.0, 0.0, 0.3), max_pressure=HIGHEST, **HANGING)
+
+
+def test_without_starts_from_nothing_a_path_is_the_same_and_a_far_target_is_given_up_at_once() -> None:
+    limb, hanging = presets.reference_limb(), {"gravity": (0, 0, 9.81), "max_pressure": 80 * kPa}
+    first = limb.reach(position=(0.08, 0.0, 0.73), **hanging)
+    for position in ((0.08, 0.005, 0.73), (0.09, 0.0, 0.72)):
+        found, usual = (limb.reach(position=position, start=first, starts=n, **hanging) for n in (0, 16))
+        assert found.reached and found.starts == 0
+        assert_allclose(found.pressures, usual.pressures, rtol=0, atol=1e-3 * 80 * kPa)  # as near as a preference goes
+    far = limb.reach(position=(0.6, 0.0, 0.5), start=first, starts=0, **hanging)
+    assert not far.reached and far.starts == 0 and far.posture.stable
+    for starts, start in ((0, None), (-1, first), (17, None), (2.0, None)):
+        with pytest.raises(ValueError, match="starts must be a whole number up to 16"):
+            limb.reach(position=(0.0, 0.0, 0.7), start=start, starts=starts, **hanging)

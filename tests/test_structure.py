@@ -21,6 +21,7 @@ CPP_MAY_USE = {
     "rod": {"solve"},
     "limb": {"rod", "solve"},
     "sweep": {"actuator", "limb", "materials", "rod", "solve"},
+    "control": set(),
     "bench": set(),
 }
 
@@ -39,7 +40,7 @@ PYTHON_ORDER = [
     ["scenes"],
     ["rows"],
     ["payload", "reach", "sweep"],
-    ["paper_reach", "sense", "workspace"],
+    ["control", "paper_reach", "sense", "workspace"],
     ["measured"],
     ["design"],
     ["identify"],

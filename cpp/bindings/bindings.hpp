@@ -25,5 +25,6 @@ void bind_path(pybind11::module_& m);
 void bind_reach(pybind11::module_& m);
 void bind_bench(pybind11::module_& m);
 void bind_sweep(pybind11::module_& m);
+void bind_control(pybind11::module_& m);
 
 }  // namespace softlimb::bindings

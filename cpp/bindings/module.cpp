@@ -13,4 +13,5 @@ PYBIND11_MODULE(_core, m) {
     softlimb::bindings::bind_reach(m);
     softlimb::bindings::bind_bench(m);
     softlimb::bindings::bind_sweep(m);
+    softlimb::bindings::bind_control(m);
 }

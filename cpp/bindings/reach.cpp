@@ -64,7 +64,7 @@ std::shared_ptr<Reached> reach(const std::shared_ptr<limb::Geometry>& geometry,
                                const Array& preferred, double tolerance, const std::string& section,
                                const std::string& valve, const std::optional<std::shared_ptr<Posture>>& start,
                                const std::optional<Array>& start_pressures,
-                               const std::optional<std::shared_ptr<Reached>>& learned) {
+                               const std::optional<std::shared_ptr<Reached>>& learned, int starts) {
     if (target.size() != 16 || weights.size() != 6) throw std::invalid_argument("a target is a pose and six weights");
     limb::ReachTarget goal;
     goal.pose = pose_at(target, 0);
@@ -73,6 +73,7 @@ std::shared_ptr<Reached> reach(const std::shared_ptr<limb::Geometry>& geometry,
     settings.lower = one_each(lower, *members, "lower"), settings.upper = one_each(upper, *members, "upper");
     settings.preferred = one_each(preferred, *members, "preferred");
     settings.tolerance = tolerance;
+    settings.starts = starts;
     std::optional<limb::ReachStart> from;
     if (start && start_pressures) {
         from.emplace(limb::ReachStart{&(*start)->solution.shape, one_each(*start_pressures, *members, "start"),
@@ -157,6 +158,7 @@ void bind_reach(py::module_& m) {
     m.def("reach", &reach, py::arg("geometry"), py::arg("members"), py::arg("scene"), py::kw_only(), py::arg("target"),
           py::arg("weights"), py::arg("lower"), py::arg("upper"), py::arg("preferred"), py::arg("tolerance"),
           py::arg("section"), py::arg("valve"), py::arg("start"), py::arg("start_pressures"), py::arg("learned"),
+          py::arg("starts"),
           R"(Pressures within bounds (one number an actuator [Pa]) that put the tip on the target pose (4, 4), errors
 counted by six weights; of the scene only loads and holds count.)");
     m.def(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from softlimb import units
 
 if TYPE_CHECKING:
-    from softlimb import identify, materials, measured, plot, presets
+    from softlimb import control, design, identify, materials, measured, plot, presets
     from softlimb._core import Gent, MooneyRivlin, NeoHookean, Ogden, Section, Yeoh
     from softlimb.limb import Limb, Plate, Rod, Segment
     from softlimb.materials import fit_uniaxial, read_tensile_csv
@@ -51,6 +51,8 @@ __all__ = [
     "Verification",
     "Workspace",
     "Yeoh",
+    "control",
+    "design",
     "fit_uniaxial",
     "identify",
     "load_scene",
@@ -63,7 +65,7 @@ __all__ = [
     "units",
 ]
 
-_MODULES = ("identify", "materials", "measured", "plot", "presets")
+_MODULES = ("control", "design", "identify", "materials", "measured", "plot", "presets")
 _HOME = {
     "_core": ("Gent", "MooneyRivlin", "NeoHookean", "Ogden", "Section", "Yeoh"),
     "limb": ("Limb", "Plate", "Rod", "Segment"),

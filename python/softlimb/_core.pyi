@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['CHUNK_ROWS', 'Derivatives', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'Ogden', 'Parameters', 'PlainSolver', 'Posture', 'Reached', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'law_coefficients', 'linearised', 'plain_reach', 'potential_energy', 'potential_energy_slopes', 'reach', 'rest_length_slopes', 'rod_end', 'status_names', 'sweep_rows', 'thread_geometry', 'use_instruction_set', 'yardstick']
+__all__: list[str] = ['CHUNK_ROWS', 'Derivatives', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'NeuralPid', 'Ogden', 'Parameters', 'Pid', 'PlainSolver', 'Plant', 'Posture', 'PressureLoop', 'Reached', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'law_coefficients', 'linearised', 'orifice_flow', 'plain_reach', 'potential_energy', 'potential_energy_slopes', 'reach', 'rest_length_slopes', 'rod_end', 'status_names', 'sweep_rows', 'thread_geometry', 'use_instruction_set', 'yardstick']
 class Section:
     """
     Stiffness of a rod's cross-section, per rest length, SI.
@@ -2397,6 +2397,173 @@ class Reached:
     @property
     def weights(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
+class Pid:
+    """
+    The PID of softlimb/control/pid.hpp; see `softlimb.control.PID`.
+    """
+    def __init__(self, *, weights: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], period: typing.SupportsFloat | typing.SupportsIndex, scale: typing.SupportsFloat | typing.SupportsIndex, limits: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"], sign: str, anti_windup: str, tracking_time: typing.SupportsFloat | typing.SupportsIndex, filter_time: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    def reset(self) -> None:
+        """
+        Forgets what was seen.
+        """
+    def step(self, target: typing.SupportsFloat | typing.SupportsIndex, measured: typing.SupportsFloat | typing.SupportsIndex) -> float:
+        """
+        The next command.
+        """
+    @property
+    def inputs(self) -> typing.Annotated[list[float], "FixedSize(3)"]:
+        """
+        x1, x2, x3 of the last step.
+        """
+    @property
+    def weights(self) -> typing.Annotated[list[float], "FixedSize(3)"]:
+        """
+        w1, w2, w3.
+        """
+class NeuralPid:
+    """
+    The neural PID of softlimb/control/neural_pid.hpp; see `softlimb.control.NeuralPID`.
+    """
+    def __init__(self, *, weights: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], period: typing.SupportsFloat | typing.SupportsIndex, scale: typing.SupportsFloat | typing.SupportsIndex, limits: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"], sign: str, anti_windup: str, tracking_time: typing.SupportsFloat | typing.SupportsIndex, filter_time: typing.SupportsFloat | typing.SupportsIndex, learning: str, slope: str, rates: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], lowest: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], highest: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], epsilon: typing.SupportsFloat | typing.SupportsIndex, slope_limits: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"], smallest_move: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    def reset(self) -> None:
+        """
+        Back to the first weights, and forgets what was seen.
+        """
+    def step(self, target: typing.SupportsFloat | typing.SupportsIndex, measured: typing.SupportsFloat | typing.SupportsIndex, slope: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> float:
+        """
+        The next command; then the weights learn.
+        """
+    @property
+    def inputs(self) -> typing.Annotated[list[float], "FixedSize(3)"]:
+        """
+        x1, x2, x3 of the last step.
+        """
+    @property
+    def weights(self) -> typing.Annotated[list[float], "FixedSize(3)"]:
+        """
+        w1, w2, w3 as learned.
+        """
+class Plant:
+    """
+    Pump, reservoir, valves, lines and chambers; see `softlimb.control.Pneumatics`.
+    """
+    def __copy__(self) -> Plant:
+        ...
+    def __init__(self, *, gas: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(5)"], supply: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(4)"], channels: collections.abc.Sequence[tuple[typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(7)"], typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"], typing.SupportsFloat | typing.SupportsIndex, collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], tuple[typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex]]], period: typing.SupportsFloat | typing.SupportsIndex, substeps: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def advance(self, commands: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> bool:
+        """
+        One period under these commands; False where the implicit step did not converge.
+        """
+    def read(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Readings of the sensors [Pa], shape (A,).
+        """
+    def set_dumped(self, dumped: bool) -> None:
+        """
+        Cuts the supply off and opens every line to the atmosphere, or ends that.
+        """
+    def set_leak(self, channel: typing.SupportsInt | typing.SupportsIndex, conductance: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        """
+        Orifice from a chamber to the atmosphere [m^3/(s Pa)].
+        """
+    def set_sensor(self, channel: typing.SupportsInt | typing.SupportsIndex, *, fault: str = 'none', bias: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        """
+        A sensor without reading, or that repeats its last one; a bias [Pa].
+        """
+    def set_supply(self, *, pump_share: typing.SupportsFloat | typing.SupportsIndex = 1.0, leak: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        """
+        Share of the pump's flow that is left, and an orifice from the reservoir [m^3/(s Pa)].
+        """
+    def set_valve_stuck(self, channel: typing.SupportsInt | typing.SupportsIndex, stuck: bool) -> None:
+        """
+        The spool stays where it is.
+        """
+    def set_volume_scale(self, channel: typing.SupportsInt | typing.SupportsIndex, scale: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        """
+        Chamber volume over what its table says.
+        """
+    @property
+    def beyond_table(self) -> list[bool]:
+        """
+        Which chambers were ever above the last pressure of their volume table.
+        """
+    @property
+    def ledger(self) -> dict[str, float]:
+        """
+        Air at the start, stored now, pumped in, lost to the atmosphere, drawn by the lines [kg].
+        """
+    @property
+    def line_pressures(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Gauge pressures of the lines [Pa], shape (A,).
+        """
+    @property
+    def mass_defect(self) -> float:
+        """
+        Largest relative difference of a mass from what its pressure says.
+        """
+    @property
+    def openings(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Openings of the valves, -1 to 1, shape (A,).
+        """
+    @property
+    def period(self) -> float:
+        """
+        Of a step [s].
+        """
+    @property
+    def pressures(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Gauge pressures of the chambers [Pa], shape (A,).
+        """
+    @property
+    def supply_pressure(self) -> float:
+        """
+        Gauge pressure of the reservoir [Pa].
+        """
+    @property
+    def volumes(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Volumes of the chambers [m^3], shape (A,).
+        """
+class PressureLoop:
+    """
+    Controllers and guards against a plant, which it keeps a copy of.
+    """
+    def __init__(self, plant: Plant, controllers: list[typing.Any], guards: tuple[typing.SupportsInt | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex] | None) -> None:
+        ...
+    def run(self, targets: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], *, timed: bool = False) -> dict[str, typing.Any]:
+        """
+        One period a row of targets (N, A) [Pa]; arrays by name.
+        """
+    def vent(self) -> None:
+        """
+        Ends control: exhaust commands and dump valves.
+        """
+    @property
+    def faults(self) -> list[tuple[int, str, int]]:
+        """
+        Channel, name and step of what ended control.
+        """
+    @property
+    def plant(self) -> Plant:
+        """
+        The plant, to disturb and to look at.
+        """
+    @property
+    def steps(self) -> int:
+        """
+        Periods run so far.
+        """
+    @property
+    def vented(self) -> bool:
+        """
+        Control has ended.
+        """
 def axial_strain(section: Section, force: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float]:
     """
     Strain v3 - 1 and its derivative to the force [1/N] of a section's axial law at a force [N], without end moment.
@@ -2433,6 +2600,10 @@ def linearised(posture: Posture, tolerance: typing.SupportsFloat | typing.Suppor
     """
     RuntimeError at a fold.
     """
+def orifice_flow(conductance: typing.SupportsFloat | typing.SupportsIndex, critical_ratio: typing.SupportsFloat | typing.SupportsIndex, first: typing.SupportsFloat | typing.SupportsIndex, second: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float, float]:
+    """
+    ISO 6358: mass flow [kg/s] between absolute pressures [Pa], and its derivatives to both.
+    """
 def plain_reach(geometry: Geometry, members: Members, scene: Scene, position: typing.Any, pose: typing.Any, max_pressure: typing.Any, tolerance: typing.Any, section: typing.Any, valve: typing.Any, start: typing.Any) -> Reached | None:
     """
     Arguments of Limb.reach as they come, `start` a core Posture, Reached or None. None where one is not plain or
@@ -2446,7 +2617,7 @@ def potential_energy_slopes(posture: Posture, parameters: Parameters, made: tupl
     """
     Its derivatives, (columns,).
     """
-def reach(geometry: Geometry, members: Members, scene: Scene, *, target: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], weights: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], lower: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], upper: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], preferred: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], tolerance: typing.SupportsFloat | typing.SupportsIndex, section: str, valve: str, start: Posture | None, start_pressures: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None, learned: Reached | None) -> Reached:
+def reach(geometry: Geometry, members: Members, scene: Scene, *, target: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], weights: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], lower: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], upper: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], preferred: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], tolerance: typing.SupportsFloat | typing.SupportsIndex, section: str, valve: str, start: Posture | None, start_pressures: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None, learned: Reached | None, starts: typing.SupportsInt | typing.SupportsIndex) -> Reached:
     """
     Pressures within bounds (one number an actuator [Pa]) that put the tip on the target pose (4, 4), errors
     counted by six weights; of the scene only loads and holds count.

@@ -845,6 +845,7 @@ class Limb:
         prefer: ArrayLike | Sequence[ArrayLike] | Posture | Reach | None = None,
         tolerance: float = 1e-6,
         start: Posture | Reach | None = None,
+        starts: int = 16,
         method: Literal["search", "paper"] = "search",
         **scene: Any,
     ) -> Reach:
@@ -869,6 +870,10 @@ class Limb:
             Where to start, a posture of this limb. On a path of targets the answer before, which is fast and stays on
             its side of several answers. Default, and where the start leads nowhere: several starts by constant
             curvature.
+        starts : int
+            How many starts from nothing there may be, at most 16. Zero: only from ``start``, whose answer a control
+            loop has in milliseconds and a target out of reach does not turn into seconds; what is missed that way may
+            still be in reach.
         method : {"search", "paper"}
             "paper": Algorithm 1 of Zhang et al., for a pose, with ``section="paper"``: lengths of the rods first, then
             pressures from them. To compare with: seconds, without preference, and from afar it seldom converges; it
@@ -922,6 +927,7 @@ class Limb:
             prefer=prefer,
             tolerance=tolerance,
             start=start,
+            starts=starts,
             **scene,
         )
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softlimb import _core
-from softlimb.arguments import finite_of_shape, one_finite
+from softlimb.arguments import finite_of_shape, one_finite, shown
 from softlimb.limb import Limb, _flat, _require_pose, _tolerance
 from softlimb.posture import Posture
 from softlimb.tube import SectionModel, Valve
@@ -21,6 +21,7 @@ __all__ = ["Reach", "ReachError", "bounds_of", "reach", "target_of"]
 Array = NDArray[np.float64]
 Bound = Literal["min", "max", "limit"]
 
+STARTS = 16  # as ReachSettings of the core has it
 _TIGHTEST = 1e-9  # the preference may leave some 1e-11 at the target
 _SHORT_OF_LIMIT = 1e-3
 _PLAIN = {"gravity", "tip_force", "tip_moment", "frame", "section", "valve"}
@@ -226,10 +227,11 @@ def reach(
     prefer: Any = None,
     tolerance: float = 1e-6,
     start: Posture | Reach | None = None,
+    starts: int = STARTS,
     **scene: Any,
 ) -> Reach:
     """See `Limb.reach`."""
-    if weights is None and prefer is None and type(min_pressure) is float and min_pressure == 0.0:
+    if starts == STARTS and weights is None and prefer is None and type(min_pressure) is float and min_pressure == 0.0:
         plain = scene.keys() <= _PLAIN and _plain(limb, position, pose, max_pressure, tolerance, start, **scene)
         if plain:
             return plain
@@ -243,6 +245,9 @@ def reach(
         raise ValueError(f"tolerance of a reach must be at least {_TIGHTEST:g}, got {tolerance!r}")
     if start is not None and not isinstance(start, Posture | Reach):
         raise TypeError(f"start must be a Posture or a Reach, got {type(start).__name__}")
+    if not isinstance(starts, int) or isinstance(starts, bool) or not (start is None) <= starts <= STARTS:
+        rule = f"a whole number up to {STARTS}, and at least 1 where no start is given"
+        raise ValueError(f"starts must be {rule}, got {shown(starts)}")
     learned = start._found if isinstance(start, Reach) else None
     first = start.posture if isinstance(start, Reach) else start
     if first is not None:
@@ -268,6 +273,7 @@ def reach(
         start=None if first is None else first._solved,
         start_pressures=None if first is None else first.pressures,
         learned=learned,
+        starts=starts,
     )
     return Reach(limb, found, tolerance, model, loads, limited)
 

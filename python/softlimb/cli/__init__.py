@@ -14,9 +14,9 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from softlimb.cli import bench, compare, design, fit, posture, reach, report, sweep, validate, workspace
+from softlimb.cli import bench, compare, control, design, fit, posture, reach, report, sweep, validate, workspace
 
-SUBCOMMANDS = (posture, reach, sweep, workspace, compare, fit, design, validate, bench, report)
+SUBCOMMANDS = (posture, reach, control, sweep, workspace, compare, fit, design, validate, bench, report)
 
 
 _BROKEN_PIPE = 141  # what a shell reports of a command that SIGPIPE ended

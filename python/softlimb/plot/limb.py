@@ -97,7 +97,7 @@ def _side_places(limits: Array) -> tuple[tuple[float, float, float, float], tupl
     return parts[0], parts[1]
 
 
-def side_view(posture: Posture, ax: Axes, axis: int) -> Axes:
+def side_view(posture: Posture, ax: Axes, axis: int, *, highest: float | None = None) -> Axes:
     """Draw a posture seen along one horizontal axis.
 
     Parameters
@@ -106,6 +106,8 @@ def side_view(posture: Posture, ax: Axes, axis: int) -> Axes:
     ax : matplotlib axes
     axis : int
         Horizontal axis of the picture: 0 for x, 1 for y. The vertical one is z.
+    highest : float, optional
+        End of the colours [Pa], where several pictures share it. Default: a round number above the posture's own.
 
     Returns
     -------
@@ -114,7 +116,7 @@ def side_view(posture: Posture, ax: Axes, axis: int) -> Axes:
     shown, depth = [axis, 2], 1 - axis
     # The viewer stands at -y in the first view and at +x in the second, opposite when z points down: far things first.
     near = (-1.0 if axis == 0 else 1.0) * (-1.0 if _hangs(posture) else 1.0)
-    for tube in sorted(_tubes(posture), key=lambda tube: near * float(tube.points[:, depth].mean())):
+    for tube in sorted(_tubes(posture, highest), key=lambda tube: near * float(tube.points[:, depth].mean())):
         outline = _band(tube.points[:, shown], tube.radius) / mm
         ax.fill(*outline.T, facecolor=tube.colour, edgecolor="0.25", linewidth=0.5)
     for plate in _plates(posture):
@@ -188,9 +190,10 @@ def _largest_pressure(posture: Posture) -> float:
     return max(10.0, 10.0 * float(np.ceil(largest / 10.0 - 1e-9)))
 
 
-def _tubes(posture: Posture) -> Iterator[_Tube]:
+def _tubes(posture: Posture, highest: float | None = None) -> Iterator[_Tube]:
     from matplotlib import colormaps
 
+    end = _largest_pressure(posture) if highest is None and posture.pressures is not None else (highest or kPa) / kPa
     thin = 0.01 * float(posture.limb.length)
     low, high = style.PRESSURE_SHARE
     pressures = None if posture.pressures is None else np.ravel(posture.pressures) / kPa
@@ -199,7 +202,7 @@ def _tubes(posture: Posture) -> Iterator[_Tube]:
         for rod in rods:
             colour: Colour = _ROD_COLOUR
             if pressures is not None and segment.actuators:
-                share = max(0.0, float(pressures[actuator])) / _largest_pressure(posture)
+                share = max(0.0, float(pressures[actuator])) / end
                 colour = tuple(colormaps[style.PRESSURE_COLOURS](low + (high - low) * share)[:3])
                 actuator += 1
             yield _Tube(rod.centreline(_ALONG), rod.radius or thin, colour)

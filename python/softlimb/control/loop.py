@@ -1,0 +1,264 @@
+"""The inner loop: sensors, controllers, guards and valves, a thousand times a second against the plant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, fields
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from softlimb import _core
+from softlimb.arguments import finite_array, one_finite, one_positive, shown
+from softlimb.control.controllers import PID, NeuralPID
+from softlimb.control.pneumatics import Pneumatics
+from softlimb.units import kPa
+
+__all__ = ["Fault", "Guard", "PressureLoop", "Trace"]
+
+Array = NDArray[np.float64]
+Controller = PID | NeuralPID
+
+_SAID = {
+    "sensor_not_finite": "the pressure sensor gives no number",
+    "sensor_stuck": "the pressure sensor repeats one reading while its valve moves air",
+    "over_pressure": "the pressure is above what is allowed",
+    "no_response": "the pressure does not follow the valve at full command: a stuck valve, or a large leak",
+    "supply_lost": "the supply is below the pressure that is needed",
+    "pose_not_finite": "the measured pose holds no numbers",
+    "pose_stuck": "the measured pose repeats itself",
+    "out_of_reach": "the target is out of reach",
+    "posture_lost": "no posture of the limb was found at these pressures",
+}
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What ended control: every line is vented from then on.
+
+    Parameters
+    ----------
+    time : float
+        Since the start [s].
+    kind : str
+        ``sensor_not_finite``, ``sensor_stuck``, ``over_pressure``, ``no_response``, ``supply_lost``; of the posture
+        loop ``pose_not_finite``, ``pose_stuck``, ``out_of_reach``, ``posture_lost``.
+    channel : int, optional
+        Which actuator, from 0 in flat order; none for the whole limb.
+    detail : str
+        More about it.
+    """
+
+    time: float
+    kind: str
+    channel: int | None = None
+    detail: str = ""
+
+    @property
+    def message(self) -> str:
+        """In words."""
+        where = "" if self.channel is None else f"actuator {self.channel}: "
+        more = f" ({self.detail})" if self.detail else ""
+        return f"at {self.time:.3f} s {where}{_SAID[self.kind]}{more}; vented"
+
+
+@dataclass(frozen=True)
+class Guard:
+    """When an actuator counts as broken; steps are those of the loop.
+
+    Parameters
+    ----------
+    not_finite_steps : int
+        Readings in a row that are no number.
+    highest : float
+        Pressure allowed [Pa], over ``over_pressure_steps`` readings in a row.
+    stuck_effort, idle_command : float
+        A reading that repeats itself while |command| beyond the idle one adds up to so many full steps.
+    response_error, response_command, response, response_steps
+        Full command (beyond ``response_command``) with an error of the same sign above ``response_error`` [Pa], and
+        no change of ``response`` [Pa] in so many steps.
+    lowest_supply : float
+        Reading of the supply's sensor [Pa], over ``supply_steps`` in a row.
+
+    Raises
+    ------
+    ValueError
+        A number is out of range.
+    """
+
+    not_finite_steps: int = 5
+    highest: float = 150 * kPa
+    over_pressure_steps: int = 5
+    stuck_effort: float = 150.0
+    idle_command: float = 0.15
+    response_error: float = 5 * kPa
+    response_command: float = 0.9
+    response: float = 1 * kPa
+    response_steps: int = 400
+    lowest_supply: float = 120 * kPa
+    supply_steps: int = 20
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name.endswith("_steps"):
+                if not isinstance(value, int) or isinstance(value, bool) or value < 1:
+                    raise ValueError(
+                        f"{field.name} of a Guard must be a whole number of at least 1, got {shown(value)}"
+                    )
+            else:
+                rule = one_finite if field.name == "lowest_supply" else one_positive
+                object.__setattr__(self, field.name, rule(f"{field.name} of a Guard", value))
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """What a run of the loop was, a row a step and a column an actuator.
+
+    Parameters
+    ----------
+    time : array, shape (N,)
+        At the start of each step [s].
+    targets, readings, pressures : array, shape (N, A)
+        Wanted, seen at the start of the step, and true at its end, gauge [Pa].
+    commands, openings : array, shape (N, A)
+        Of the valves, -1 to 1.
+    weights : array, shape (N, A, 3)
+    supply : array, shape (N,)
+        Gauge pressure of the reservoir [Pa].
+    air : float
+        Drawn from the reservoir during the run [kg].
+    faults : tuple of Fault
+    solved : bool
+        Every implicit step of the plant converged, and no chamber left its volume table.
+    seconds : array, shape (N,), optional
+        That controllers and guards took.
+    """
+
+    time: Array
+    targets: Array
+    readings: Array
+    pressures: Array
+    commands: Array
+    openings: Array
+    weights: Array
+    supply: Array
+    air: float
+    faults: tuple[Fault, ...]
+    solved: bool
+    seconds: Array | None = None
+
+    @cached_property
+    def errors(self) -> Array:
+        """Target minus true pressure [Pa], shape (N, A)."""
+        return self.targets - self.pressures
+
+    @classmethod
+    def joined(cls, parts: Sequence[Trace]) -> Trace:
+        """Runs one after the other as one."""
+        if not parts:
+            raise ValueError("traces to join must be at least one, got none")
+        rows = ("time", "targets", "readings", "pressures", "commands", "openings", "weights", "supply")
+        stacked = {name: np.concatenate([getattr(part, name) for part in parts]) for name in rows}
+        taken = [part.seconds for part in parts if part.seconds is not None]
+        return cls(
+            **stacked,
+            air=sum(part.air for part in parts),
+            faults=parts[-1].faults,
+            solved=all(part.solved for part in parts),
+            seconds=np.concatenate(taken) if len(taken) == len(parts) else None,
+        )
+
+
+class PressureLoop:
+    """Controllers and guards against a plant.
+
+    Parameters
+    ----------
+    pneumatics : Pneumatics
+    controllers : PID or NeuralPID, or a sequence with one a chamber
+        Copied: what they learn here stays here.
+    guard : Guard, optional
+        None: nobody watches.
+
+    Raises
+    ------
+    ValueError
+        Not one controller a chamber, or a controller with another period than the plant's.
+    """
+
+    def __init__(
+        self, pneumatics: Pneumatics, controllers: Controller | Sequence[Controller], *, guard: Guard | None = None
+    ) -> None:
+        given = (controllers,) * len(pneumatics) if isinstance(controllers, PID | NeuralPID) else tuple(controllers)
+        if len(given) != len(pneumatics) or not all(isinstance(one, PID | NeuralPID) for one in given):
+            raise ValueError(f"controllers must be one PID or NeuralPID, or one a chamber ({len(pneumatics)})")
+        for one in given:
+            if one.options["period"] != pneumatics.period:
+                raise ValueError(
+                    f"period of a controller must be the plant's {pneumatics.period:g} s, got {one.options['period']:g}"
+                )
+        self.pneumatics = pneumatics
+        fresh = [one.replaced() for one in given]
+        self._core = _core.PressureLoop(
+            pneumatics.plant(), [one._core for one in fresh], None if guard is None else astuple(guard)
+        )
+
+    @property
+    def plant(self) -> _core.Plant:
+        """The plant, to disturb: leaks, loads, stuck valves, sensors, the supply."""
+        return self._core.plant
+
+    @property
+    def time(self) -> float:
+        """Since the start [s]."""
+        return self._core.steps * self.pneumatics.period
+
+    @property
+    def vented(self) -> bool:
+        """Control has ended."""
+        return self._core.vented
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """What ended control, if it did."""
+        return tuple(Fault(step * self.pneumatics.period, kind, channel) for channel, kind, step in self._core.faults)
+
+    def vent(self) -> None:
+        """End control: exhaust commands, supply cut off, every line open to the atmosphere."""
+        self._core.vent()
+
+    def run(self, targets: ArrayLike, *, timed: bool = False) -> Trace:
+        """Follow targets, one row a step.
+
+        Parameters
+        ----------
+        targets : array_like, shape (N, A)
+            Gauge pressures [Pa].
+        timed : bool
+            Take the time of controllers and guards in each step.
+
+        Returns
+        -------
+        Trace
+
+        Raises
+        ------
+        ValueError
+            Targets of a wrong shape or not finite.
+        """
+        rows = finite_array("targets", targets)
+        if rows.ndim != 2 or rows.shape[1] != len(self.pneumatics):
+            raise ValueError(f"targets has shape {rows.shape}: expected (steps, {len(self.pneumatics)})")
+        began, drawn = self._core.steps, self.plant.ledger["drawn"]
+        found = self._core.run(rows, timed=timed)
+        solved = bool(found.pop("solved")) and not any(self.plant.beyond_table)
+        return Trace(
+            time=np.arange(began, began + len(rows), dtype=np.float64) * self.pneumatics.period,
+            targets=rows,
+            air=self.plant.ledger["drawn"] - drawn,
+            faults=self.faults,
+            solved=solved,
+            **found,
+        )
