@@ -31,7 +31,7 @@ from softlimb.limb import Limb
 from softlimb.payload import Payload as LimbPayload
 from softlimb.payload import payload_in_few_steps
 from softlimb.posture import Posture
-from softlimb.sweep import Batch
+from softlimb.sweep import Batch, bending_angle
 from softlimb.tube import TubeState
 from softlimb.workspace.hull import convex_hull
 
@@ -633,7 +633,7 @@ class Bending(_OfWorkspace):
         for k in np.flatnonzero(sideways > 0.0) if slopes else ():
             # The angle grows by the rotation about the axis e_z x t.
             weights[int(k)] = np.array([0, 0, 0, -axes[k, 1], axes[k, 0], 0]) / sideways[k] / len(tips)
-        return float(np.arctan2(sideways, axes[:, 2]).mean()), weights
+        return float(bending_angle(tips).mean()), weights
 
 
 @dataclass(frozen=True)
