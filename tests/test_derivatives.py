@@ -69,6 +69,20 @@ def slack_tube() -> sl.Tube:
     return sl.Tube(0.15, layers, tension_only=True, cap_length=4 * mm)
 
 
+def uneven_tube() -> sl.Tube:
+    """Fibres at one size of angle that differ in sign or stiffness, and one true pair, the negative one first."""
+    fibres = [
+        sl.Fibres(angle=20 * deg, stiffness=2e6),
+        sl.Fibres(angle=-20 * deg, stiffness=5e6),
+        sl.Fibres(angle=20 * deg, stiffness=2e6),
+        sl.Fibres(angle=-40 * deg, modulus=1e9, fraction=0.002),
+        sl.Fibres(angle=40 * deg, modulus=1e9, fraction=0.002),
+    ]
+    law = sl.NeoHookean(c1=1e5)
+    layers = [sl.Layer(8 * mm, 10 * mm, law), sl.Layer(10 * mm, 11 * mm, law, fibres=fibres)]
+    return sl.Tube(0.15, layers, cap_length=4 * mm)
+
+
 def capped_tube() -> sl.Tube:
     return proximal(cap_length=5 * mm)
 
@@ -84,6 +98,7 @@ CASES = [
     (odd_tube, "tangent", "locked"),
     (odd_tube, "nonlinear", "open"),
     (slack_tube, "tangent", "open"),
+    (uneven_tube, "tangent", "open"),
 ]
 
 

@@ -869,3 +869,22 @@ def test_a_solve_is_interrupted_by_ctrl_c() -> None:
     with pytest.raises(KeyboardInterrupt):
         for _ in range(200):  # about a second each: far longer than the test would take to be interrupted
             limb.solve([60e3, 60e3, 0.0], tip_moment=(1e3, 0.0, 0.0))
+
+
+def test_lengths_give_back_their_pressures_where_caps_do_not_stretch() -> None:
+    layers = presets.reference_limb().segments[0].actuators[0].layers
+    tube = sl.Tube(0.2, layers, cap_length=6 * mm)
+    limb = sl.Limb([sl.Segment(actuators=[tube] * 3, ring_radius=0.028)])
+    pressures = np.array([50.0, 20.0, 5.0]) * kPa
+    there = solved(limb, pressures, section="paper")
+    back = solved(limb, rest_lengths=there.rest_lengths, section="paper")
+    # As `pressure_for` inverts `inflate`.
+    assert back.pressures is not None
+    assert_allclose(back.pressures, pressures, rtol=1e-8)
+
+
+def test_a_length_that_rounding_left_below_the_tubes_own_needs_no_pressure() -> None:
+    limb = presets.reference_limb(["proximal"])
+    found = solved(limb, rest_lengths=[0.2 - 1e-9, 0.21, 0.2])
+    assert found.pressures is not None and found.pressures[0] == 0.0
+    assert limb.solve(rest_lengths=[0.199, 0.21, 0.2]).status == "limit_point"

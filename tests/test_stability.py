@@ -579,3 +579,38 @@ def test_thin_rods_beside_a_thick_one_are_left_for_a_stable_posture(stiff: float
     found = limb.solve(tolerance=1e-6)
     assert found.success and found.stable and found.verify().success, found.message
     assert share < 1.0 or "unstable" in found.message
+
+
+# A rod's own buckling between held plates, whatever way the solver came by
+
+
+@pytest.mark.parametrize("axial", [1e5, 2e5, 4e5, 1e6, 3e6])
+@pytest.mark.parametrize("load", [37.0, 42.0, 50.0, 60.0, 75.0])
+def test_a_rod_pushed_between_held_plates_is_never_straight_and_called_stable(axial: float, load: float) -> None:
+    # EI = l = 1, both ends clamped: a straight rod carries 4 pi^2 = 39.48. Its tip is held where the force would be
+    # `load`: the last step of Newton then moves nothing but that force, and the modes are those of after it.
+    rod = sl.Rod(sl.Section(axial=axial, shear=axial, bending=1.0, torsion=0.77), 1.0)
+    tip = np.eye(4)
+    tip[2, 3] = 1.0 - load / axial
+    posture = sl.Limb([sl.Segment(rods=[rod], ring_radius=0.0)]).solve(tip_pose=tip)
+    assert posture.success
+    bow = np.linalg.norm(posture.rods[0][0].centreline()[:, :2], axis=1).max()
+    if load < 4.0 * np.pi**2:
+        assert posture.stable and posture.unstable_modes == 0 and bow < 1e-6
+    elif posture.stable:
+        # Shortened by the square of its bow: (pi a / l)^2 for half a wave of 1 - cos.
+        shortened = (load - 4.0 * np.pi**2) / axial
+        assert bow == pytest.approx(2.0 / np.pi * np.sqrt(shortened), rel=0.1)
+    else:
+        assert posture.unstable_modes == 2 and bow < 1e-6 and "unstable" in posture.message
+
+
+def test_under_a_following_load_only_divergence_is_an_event() -> None:
+    # Tension along the rod's own end: det K has no root. Compression (Beck's column): none either, it flutters first.
+    rod = sl.Rod(sl.Section(axial=1e5, shear=1e5, bending=1.0, torsion=0.8), 1.0)
+    limb = sl.Limb([sl.Segment(rods=[rod], ring_radius=0.0)])
+    for last in (30.0, -18.0):
+        path = limb.follow(lambda force: {"tip_force": (0.0, 0.0, force)}, 0.0, last, frame="plate")
+        assert path.success and path.events == () and path.stable.all()
+    found = limb.payload((0.0, 0.0, 1.0), frame="plate", max_force=30.0)
+    assert found.limit == "force" and found.posture.stable

@@ -14,6 +14,7 @@ import softlimb as sl
 from frames import pose, turn
 from softlimb import plot
 from softlimb.cli import main
+from softlimb.design import DesignFailure, PressureSet, WorkspaceVolume
 from softlimb.presets import reference_limb
 from softlimb.units import kPa, mm
 from softlimb.workspace import PUBLISHED, Workspace, beside_published
@@ -148,6 +149,19 @@ def test_the_hull_of_a_box_of_tips_is_the_box():
     assert_allclose(found.reach, math.sqrt(0.2**2 + 0.3**2 + 0.5**2), rtol=1e-15)
     batch.tip[:, 2, 3] = 0.1
     assert Workspace(batch).hull_volume == 0.0
+    with pytest.raises(DesignFailure, match="enclose no volume"):
+        WorkspaceVolume(PressureSet(55 * kPa))._of_tips(batch.tip, slopes=False)
+
+
+def test_hulls_without_scipy_say_how_to_get_it(monkeypatch):
+    batch = small_limb().sweep(np.zeros((4, 3)), progress=False)
+    monkeypatch.setitem(sys.modules, "scipy.spatial", None)  # an import of it fails as if it were not there
+    for ask in (
+        lambda: Workspace(batch).hull_volume,
+        lambda: WorkspaceVolume(PressureSet(55 * kPa))._of_tips(batch.tip, slopes=False),
+    ):
+        with pytest.raises(ModuleNotFoundError, match=r"needs scipy: pip install 'softlimb\[workspace\]'"):
+            ask()
 
 
 # --- workspaces of known limbs --------------------------------------------------------------------------------------

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 from softlimb import _core
 from softlimb.arguments import shown
 from softlimb.tube import Fibres, Layer, Tube
 
-__all__ = ["changed_law", "changed_tube", "law_values", "tube_values"]
+__all__ = ["FibreGroup", "changed_law", "changed_tube", "fibre_groups", "law_values", "tube_values"]
 
 _INDEXED = re.compile(r"(\w+)\[(\d+)\]")
 
@@ -36,16 +36,42 @@ def changed_law(law: Any, values: Mapping[str, float]) -> Any:
     return type(law)(**given)
 
 
-def _families(fibres: Any) -> list[list[int]]:
-    """Families that change together: those of one size of angle."""
-    sizes = list(dict.fromkeys(abs(family.angle) for family in fibres))
-    return [[k for k, family in enumerate(fibres) if abs(family.angle) == size] for size in sizes]
+class FibreGroup(NamedTuple):
+    """One family of fibres of a layer, or two that change together.
+
+    ``twin`` is the family at the opposite angle, -1 where there is none; ``mark`` is what labels of the group end with,
+    empty where the layer has no other group.
+    """
+
+    family: int
+    twin: int
+    mark: str
+
+
+def fibre_groups(fibres: Sequence[Fibres]) -> list[FibreGroup]:
+    """Families that change together: two at opposite angles and otherwise alike, the positive one first."""
+    waiting, pairs = list(range(len(fibres))), []
+    while waiting:
+        k = waiting.pop(0)
+        alike = [other for other in waiting if _given(fibres[other]) == _given(fibres[k])]
+        twin = next((other for other in alike if fibres[other].angle == -fibres[k].angle), -1)
+        if twin >= 0:
+            waiting.remove(twin)
+        pairs.append((twin, k) if twin >= 0 and fibres[k].angle < 0.0 else (k, twin))
+    return [FibreGroup(*pair, f"[{count}]" if len(pairs) > 1 else "") for count, pair in enumerate(pairs)]
+
+
+def _given(family: Fibres) -> dict[str, float]:
+    """What a family was given by besides its angle: its stiffness, or modulus and fraction."""
+    if family.modulus is None or family.fraction is None:
+        return {"stiffness": family.stiffness}
+    return {"modulus": family.modulus, "fraction": family.fraction}
 
 
 def tube_values(tube: Tube) -> dict[str, float]:
     """Every number of a tube by the label that its column of a derivative has, as ``layers[0].c1``; SI.
 
-    The angle of a group of fibres is its size, that of both families of a pair.
+    The angle of fibres is its size, that of both families of a pair.
     """
     values = {"length": tube.length, "cap_length": tube.cap_length}
     if tube._given_mass is not None:
@@ -55,14 +81,10 @@ def tube_values(tube: Tube) -> dict[str, float]:
     for n, layer in enumerate(tube.layers):
         values |= {f"layers[{n}].{name}": value for name, value in law_values(layer.law).items()}
         values[f"layers[{n}].density"] = layer.law.density
-        groups = _families(layer.fibres)
-        for count, group in enumerate(groups):
-            which = f"[{count}]" if len(groups) > 1 else ""
-            family = layer.fibres[group[0]]
-            by_modulus = family.modulus is not None
-            values[f"layers[{n}].fibre_angle{which}"] = abs(family.angle)
-            for name in ("modulus", "fraction") if by_modulus else ("stiffness",):
-                values[f"layers[{n}].fibre_{name}{which}"] = getattr(family, name)
+        for group in fibre_groups(layer.fibres):
+            family = layer.fibres[group.family]
+            for name, value in {"angle": abs(family.angle), **_given(family)}.items():
+                values[f"layers[{n}].fibre_{name}{group.mark}"] = value
     return values
 
 
@@ -84,18 +106,14 @@ def changed_tube(tube: Tube, values: Mapping[str, float]) -> Tube:
     for n, (layer, (inner, outer)) in enumerate(zip(tube.layers, pairwise(radii), strict=True)):
         names = [*law_values(layer.law), "density"]
         law = changed_law(layer.law, {name: new[f"layers[{n}].{name}"] for name in names})
-        groups, fibres = _families(layer.fibres), list(layer.fibres)
-        for count, group in enumerate(groups):
-            which = f"[{count}]" if len(groups) > 1 else ""
-            for k in group:
-                family = layer.fibres[k]
-                given = {"angle": new[f"layers[{n}].fibre_angle{which}"] * (-1.0 if family.angle < 0.0 else 1.0)}
-                by_modulus = family.modulus is not None
-                for name in ("modulus", "fraction") if by_modulus else ("stiffness",):
-                    # Families of one angle may differ in stiffness: they change by the same amount.
-                    own_value, first = getattr(family, name), getattr(layer.fibres[group[0]], name)
-                    given[name] = own_value + new[f"layers[{n}].fibre_{name}{which}"] - first
-                fibres[k] = Fibres(**given)
+        fibres = list(layer.fibres)
+        for group in fibre_groups(layer.fibres):
+            family = layer.fibres[group.family]
+            angle = new[f"layers[{n}].fibre_angle{group.mark}"] * (-1.0 if family.angle < 0.0 else 1.0)
+            given = {name: new[f"layers[{n}].fibre_{name}{group.mark}"] for name in _given(family)}
+            fibres[group.family] = Fibres(angle=angle, **given)
+            if group.twin >= 0:
+                fibres[group.twin] = Fibres(angle=-angle, **given)
         layers.append(Layer(inner, outer, law, fibres=fibres) if fibres else Layer(inner, outer, law))
     return Tube(
         length=new["length"],

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from softlimb import _core
 from softlimb.arguments import finite_of_shape, one_finite, one_of, shown
+from softlimb.changed import fibre_groups
 from softlimb.tube import Tube
 
 if TYPE_CHECKING:
@@ -243,27 +244,14 @@ _OF_FIBRES = {"fibre_angle": "rad", "fibre_fraction": "1", "fibre_modulus": "Pa"
 
 def _of_families(fibres: Sequence[Any], place: int, layer: int, name: str) -> Iterator[_Column]:
     """Families at opposite angles change together: the angle is then the size of both."""
-    kind, waiting, groups = f"tube {name.removeprefix('fibre_')}", list(range(len(fibres))), []
-    while waiting:
-        k = waiting.pop(0)
-        opposite = [
-            other
-            for other in waiting
-            if fibres[other].angle == -fibres[k].angle and fibres[other].stiffness == fibres[k].stiffness
-        ]
-        twin = opposite[0] if opposite else -1
-        if opposite:
-            waiting.remove(twin)
-        # The second of a pair turns the other way, so the first is the positive one; alone, a negative one shrinks.
-        if twin >= 0 and fibres[k].angle < 0.0:
-            k, twin = twin, k
-        shrinks = kind == "tube angle" and fibres[k].angle < 0.0
-        groups.append((k, _Part(kind, place, layer, k, twin, None, -1.0 if shrinks else 1.0)))
-    for count, (k, part) in enumerate(groups):
-        by_modulus = fibres[k].modulus is not None
+    kind = f"tube {name.removeprefix('fibre_')}"
+    for family, twin, mark in fibre_groups(fibres):
+        by_modulus = fibres[family].modulus is not None
         if name == "fibre_angle" or by_modulus == (name != "fibre_stiffness"):
-            which = f"[{count}]" if len(groups) > 1 else ""
-            yield _Column(f"layers[{layer}].{name}{which}", _OF_FIBRES[name], (part,))
+            # The size of a negative angle grows as the angle falls.
+            factor = -1.0 if name == "fibre_angle" and fibres[family].angle < 0.0 else 1.0
+            part = _Part(kind, place, layer, family, twin, None, factor)
+            yield _Column(f"layers[{layer}].{name}{mark}", _OF_FIBRES[name], (part,))
 
 
 _MEMBER = ("length", "cap_length", "mass", "radii", "density", "law", *_OF_FIBRES, "section")

@@ -47,6 +47,7 @@ Array = NDArray[np.float64]
 Frame = Literal["base", "plate"]
 
 _NO_LOAD = (0.0, 0.0, 0.0)
+_ROUNDED_STRETCH = 1e-6  # a length that somebody computed may lie that far below the tube's own: no pressure gives it
 
 
 def _frames(name: str, value: ArrayLike, count: int) -> Array:
@@ -1110,8 +1111,11 @@ class Limb:
                 (tube, length) for tube, length in zip(self._members, lengths, strict=True) if isinstance(tube, Tube)
             ]
             for number, (tube, length) in enumerate(driven):
-                stretch = float(length) / tube.length
-                given[number] = tube.pressure_for(stretch) if np.isfinite(stretch) else np.nan
+                caps = 2.0 * tube.cap_length  # do not stretch
+                stretch = (float(length) - caps) / (tube.length - caps)
+                given[number] = tube.pressure_for(stretch) if np.isfinite(stretch) and stretch > 0.0 else np.nan
+                if np.isnan(given[number]) and abs(stretch - 1.0) <= _ROUNDED_STRETCH:
+                    given[number] = 0.0
                 if not np.isfinite(given[number]):
                     refusal = ("limit_point", f"actuator {number} cannot reach a rest length of {length:.6g} m")
                     given[number] = 0.0

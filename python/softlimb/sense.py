@@ -13,6 +13,7 @@ from softlimb.arguments import finite_of_shape, one_of, one_positive, real_array
 from softlimb.limb import Limb, _require_pose
 from softlimb.posture import Posture
 from softlimb.sweep import rotation_vector
+from softlimb.text_tables import signed_parts
 
 __all__ = ["Sensed", "sense"]
 
@@ -101,11 +102,6 @@ class Sensed:
 
     def __repr__(self) -> str:
         return f"Sensed({self.message}, force={self.force.round(6).tolist()}, moment={self.moment.round(8).tolist()})"
-
-
-def _in_words(direction: Array) -> str:
-    terms = [f"{share:+.2f} {label}" for share, label in zip(direction, _LABELS, strict=True) if abs(share) > 0.05]
-    return " ".join(terms)
 
 
 def _inverse_right_jacobian(vector: Array) -> Array:
@@ -321,7 +317,7 @@ def _answer(search: _Search, status: str, steps: int, size: float, length: float
     if status != "converged":
         message = f"not converged: {_CAUSES[status]}"
     elif len(unseen):
-        message = f"converged; not seen: {'; '.join(_in_words(direction) for direction in unseen)}"
+        message = f"converged; not seen: {'; '.join(signed_parts(row, _LABELS) for row in unseen)}"
     else:
         message = "converged"
     return Sensed(

@@ -1,4 +1,4 @@
-"""Tables as text: columns aligned, numbers to the right, units in the headings."""
+"""Text of answers: tables with columns aligned and units in the headings, numbers, vectors, directions."""
 
 from __future__ import annotations
 
@@ -38,3 +38,9 @@ def number(value: float, decimals: int) -> str:
 def vector(values: Any, decimals: int) -> str:
     """Numbers in brackets: "(0, 0, 9.81)"."""
     return "(" + ", ".join(f"{round(float(value), decimals) + 0.0:g}" for value in values) + ")"
+
+
+def signed_parts(parts: Any, names: Sequence[str]) -> str:
+    """A unit vector by the names of its axes: "+0.80 fx -0.60 my"; parts of 0.05 and below do not count."""
+    terms = [f"{part:+.2f} {name}" for part, name in zip(parts, names, strict=True) if abs(part) > 0.05]
+    return " ".join(terms)

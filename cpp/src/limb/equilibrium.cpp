@@ -1,5 +1,6 @@
 #include "softlimb/limb/equilibrium.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -522,9 +523,29 @@ void Equilibrium::count_modes(NewtonReport& report, double margin) {
         symmetric.lower[j + 1] = symmetric.upper[j].transpose();
     }
     report.rod_modes = report.plate_modes = 0;
-    for (const rod::Chain& chain : chains_) report.rod_modes += chain.negative_pivots();
+    for (std::size_t i = 0; i < chains_.size(); ++i) {
+        const rod::Chain& chain = chains_[i];
+        if (margin > 0.0 && chain.elements() > 1) {
+            // Of a rod's nodes too, in units of its pieces: a force changes their stiffness by itself over their length.
+            const double piece = scene_.rods[i].rest_length / chain.elements();
+            Vector6 shift = Vector6::Constant(margin);
+            shift.head<3>() /= piece * piece;
+            if (chain.positive_beyond(shift)) continue;
+            report.rod_modes += std::max(1, chain.negative_pivots());
+            continue;
+        }
+        report.rod_modes += chain.negative_pivots();
+    }
     if (!symmetric.factor()) return;
     for (const Matrix6& pivot : symmetric.pivots()) report.plate_modes += rod::negative_eigenvalues(pivot);
+}
+
+int Equilibrium::diverging_modes() const {
+    const Eigen::EigenSolver<Eigen::MatrixXd> solver(dense_stiffness(), false);
+    int modes = 0;
+    for (const auto& value : solver.eigenvalues())
+        modes += value.real() < 0.0 && std::abs(value.imag()) < 1e-12 * std::abs(value.real());
+    return modes;
 }
 
 Eigen::MatrixXd Equilibrium::dense_stiffness() const {

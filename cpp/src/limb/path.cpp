@@ -76,6 +76,9 @@ public:
         if (!border.adjust(point.parameter)) return false;
         if (!equilibrium_.linearise_at(point.shape, point.report.neutral_mode)) return false;
         equilibrium_.judge(point.shape, point.report, 0.0);
+        // Without a potential the symmetric part says nothing of what diverges; a definite one only that nothing does.
+        if (!scene_.conservative() && point.report.plate_modes > 0)
+            point.report.plate_modes = equilibrium_.diverging_modes();
         tangent.moves = equilibrium_.response_to_parameter(point.shape, border);
         tangent.parameter = 1.0;
         const double norm = std::sqrt(product(tangent, tangent));

@@ -1,6 +1,5 @@
 #include "softlimb/limb/solver.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <sstream>
 
@@ -14,14 +13,6 @@ namespace {
 
 using solve::SolveStatus;
 
-/// Real negative eigenvalues of a stiffness that is not symmetric: ways in which the limb diverges without oscillating.
-bool diverges(const Eigen::MatrixXd& stiffness) {
-    const Eigen::EigenSolver<Eigen::MatrixXd> solver(stiffness, false);
-    for (const auto& value : solver.eigenvalues())
-        if (value.real() < 0.0 && std::abs(value.imag()) < 1e-12 * std::abs(value.real())) return true;
-    return false;
-}
-
 void fill(const Scene& scene, const Equilibrium& equilibrium, Attempt attempt, Solution& solution) {
     solution.shape = std::move(attempt.shape);
     solution.status = attempt.report.status;
@@ -34,7 +25,7 @@ void fill(const Scene& scene, const Equilibrium& equilibrium, Attempt attempt, S
         solution.unstable_modes = modes;
     } else if (modes > 0 && attempt.report.rod_modes == 0) {
         // A positive definite symmetric part excludes divergence; otherwise the eigenvalues themselves tell.
-        solution.stable = !diverges(equilibrium.dense_stiffness());
+        solution.stable = equilibrium.diverging_modes() == 0;
     }
     solution.base_wrench = equilibrium.base_wrench(solution.shape);
     solution.reactions = equilibrium.reactions(solution.shape);
@@ -247,7 +238,8 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         // Just past a critical load the buckled posture is so near that no mesh tells it from the straight one: exact
         // Newton from points along the unstable posture's own mode.
         const Moves mode = equilibrium.softest_move(unstable->shape);
-        for (const double amplitude : {0.3, -0.3, 0.03, -0.03}) {
+        // The stiffer the rods against stretching, the smaller what buckles just past the load.
+        for (const double amplitude : {0.3, -0.3, 0.03, -0.03, 0.003, -0.003}) {
             Shape pushed = unstable->shape;
             apply(geometry, mode, amplitude, pushed);
             Attempt beside = refine(scene, options, work, equilibrium, pushed, solution.iterations);

@@ -31,7 +31,9 @@ from softlimb.limb import Limb
 from softlimb.payload import Payload as LimbPayload
 from softlimb.payload import payload_in_few_steps
 from softlimb.posture import Posture
-from softlimb.sweep import Batch
+from softlimb.sweep import Batch, bending_angle
+from softlimb.tube import TubeState
+from softlimb.workspace.hull import convex_hull
 
 __all__ = [
     "SIX_DIRECTIONS",
@@ -133,6 +135,15 @@ def _posture(limb: Limb, pressures: Any, scene: Mapping[str, Any]) -> Posture:
     if not posture.success or not posture.stable:
         raise DesignFailure(f"no stable posture: {posture.message}")
     return posture
+
+
+def _inflated(limb: Limb, pressure: float) -> list[TubeState]:
+    """States of the limb's different tubes, all at one pressure."""
+    states = [tube.inflate(pressure) for tube in dict.fromkeys(limb._tubes)]
+    for state in states:
+        if not state.success:
+            raise DesignFailure(f"a tube has no state at {pressure:.6g} Pa: {state.message}")
+    return states
 
 
 def _added(parts: Sequence[tuple[Any, Slopes]]) -> dict[str, float]:
@@ -371,16 +382,13 @@ class LawMargin(Criterion):
     def evaluate(self, limb: Limb, slopes: bool) -> tuple[float, Slopes | None]:
         """By differences."""
         margins = []
-        for tube in dict.fromkeys(limb._tubes):
-            state = tube.inflate(self.pressure)
-            if not state.success:
-                raise DesignFailure(f"a tube has no state at {self.pressure:.6g} Pa: {state.message}")
-            volume = state.stretch * state.inner_radius**2
-            for layer in tube.layers:
+        for state in _inflated(limb, self.pressure):
+            volume, layers = state.stretch * state.inner_radius**2, state.tube.layers
+            for layer in layers:
                 if not layer.law.max_strain:
                     continue
                 for face in (layer.inner, layer.outer):
-                    radius = np.sqrt((volume + face**2 - tube.layers[0].inner ** 2) / state.stretch)
+                    radius = np.sqrt((volume + face**2 - layers[0].inner ** 2) / state.stretch)
                     hoop_axial = [[radius / face, radius * state.twist_rate], [0.0, state.stretch]]
                     largest = max(np.linalg.norm(hoop_axial, 2), face / (radius * state.stretch))
                     margins.append(layer.law.max_strain + 1.0 - largest)
@@ -410,13 +418,7 @@ class BallooningMargin(Criterion):
 
     def evaluate(self, limb: Limb, slopes: bool) -> tuple[float, Slopes | None]:
         """By differences."""
-        margins = []
-        for tube in dict.fromkeys(limb._tubes):
-            state = tube.inflate(self.pressure)
-            if not state.success:
-                raise DesignFailure(f"a tube has no state at {self.pressure:.6g} Pa: {state.message}")
-            margins.append(state.smallest_eigenvalue)
-        return float(min(margins)), None
+        return float(min(state.smallest_eigenvalue for state in _inflated(limb, self.pressure))), None
 
 
 @dataclass(frozen=True)
@@ -557,16 +559,13 @@ class WorkspaceVolume(_OfWorkspace):
     unit = "m^3"
 
     def _of_tips(self, tips: Array, slopes: bool) -> tuple[float, dict[int, Array]]:
-        try:
-            from scipy.spatial import ConvexHull  # type: ignore[import-untyped, unused-ignore]
-        except ModuleNotFoundError:
-            raise ModuleNotFoundError("the volume of a workspace needs scipy: pip install 'softlimb[design]'") from None
-        points = tips[:, :3, 3] - tips[:, :3, 3].mean(axis=0)
-        hull = ConvexHull(points)
+        hull = convex_hull(tips[:, :3, 3])
+        if hull is None:
+            raise DesignFailure("the tips of the workspace lie in a plane: they enclose no volume")
         weights: dict[int, Array] = {}
         for corners, plane in zip(hull.simplices, hull.equations, strict=True) if slopes else ():
             # Six volumes of the pyramid over a facet are a determinant, linear in each corner.
-            a, b, c = (points[k] for k in corners)
+            a, b, c = (hull.points[k] for k in corners)
             sign = np.sign(np.cross(b - a, c - a) @ plane[:3])
             for corner, (p, q) in zip(corners, ((b, c), (c, a), (a, b)), strict=True):
                 weight = weights.setdefault(int(corner), np.zeros(6))
@@ -634,7 +633,7 @@ class Bending(_OfWorkspace):
         for k in np.flatnonzero(sideways > 0.0) if slopes else ():
             # The angle grows by the rotation about the axis e_z x t.
             weights[int(k)] = np.array([0, 0, 0, -axes[k, 1], axes[k, 0], 0]) / sideways[k] / len(tips)
-        return float(np.arctan2(sideways, axes[:, 2]).mean()), weights
+        return float(bending_angle(tips).mean()), weights
 
 
 @dataclass(frozen=True)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from softlimb.changed import changed_tube, tube_values
 from softlimb.derivatives import columns, names_of_design
 from softlimb.limb import Limb, Plate, Segment
-from softlimb.tube import Fibres, Layer, Tube
 
 __all__ = ["LimbNumbers", "design_names", "real"]
 
@@ -28,7 +28,8 @@ class _Read:
 
     values: Mapping[str, float]
     units: Mapping[str, str]
-    places: Mapping[str, tuple[int, Any]]  # segment, part as the derivatives name it
+    places: Mapping[str, tuple[int, str]]  # segment, name within it
+
 
 class LimbNumbers:
     """Numbers of a limb by label, as the columns of `Posture.derivative` with ``each="segment"`` name them.
@@ -117,11 +118,11 @@ class LimbNumbers:
         if any(not np.isfinite(real(value)) for value in self._values.values()):
             wrong = next(label for label, value in self._values.items() if not np.isfinite(real(value)))
             raise ValueError(f"{wrong} must be finite, got {real(self._values[wrong])}")
-        changed: dict[int, dict[Any, float]] = {}
+        changed: dict[int, dict[str, float]] = {}
         for label, value in self._values.items():
             if value != self._read.values[label]:
-                segment, part = self._read.places[label]
-                changed.setdefault(segment, {})[part] = real(value)
+                segment, name = self._read.places[label]
+                changed.setdefault(segment, {})[name] = real(value)
         if not changed:
             return self.template
         return Limb(
@@ -146,119 +147,40 @@ def _read(limb: Limb) -> _Read:
     for j, segment in enumerate(limb):
         if any(member != segment.members[0] for member in segment.members):
             raise ValueError(f"the members of segment {j} differ: a design changes those of a segment together")
-    made = columns(limb, design_names(limb), "segment")
+    own = [{**_segment_values(segment), **_member_values(segment)} for segment in limb]
+    labels = columns(limb, design_names(limb), "segment").labels
     values, units, places = {}, {}, {}
-    for label, unit, parts in zip(made.labels.columns, made.labels.column_units, made.parts, strict=True):
-        j = int(label.split("[", 1)[1].split("]", 1)[0])
-        if not isinstance(limb.segments[j].members[0], Tube) and "rod" in parts[0].kind:
+    for label, unit in zip(labels.columns, labels.column_units, strict=True):
+        number, name = label.removeprefix("segments[").split("].", 1)
+        j = int(number)
+        if limb.segments[j].rods and name not in own[j]:
             continue  # rods given directly stay as they are
-        part = (parts[0].kind, parts[0].layer, parts[0].number, parts[0].twin, parts[0].factor)
-        values[label], units[label], places[label] = _number(limb.segments[j], part), unit, (j, part)
+        values[label], units[label], places[label] = own[j][name], unit, (j, name)
     return _Read(values, units, places)
 
 
-def _number(segment: Segment, part: Any) -> float:
-    kind, layer, number, _, factor = part
-    if kind == "placement":
-        return float(segment.ring_radius or 0.0)
-    if kind.startswith("plate "):
-        return float(getattr(segment.plate, kind.removeprefix("plate ")))
-    tube, name = segment.members[0], kind.removeprefix("tube ")
-    assert isinstance(tube, Tube)
-    if name in ("length", "cap_length", "mass"):
-        return float(getattr(tube, name))
-    if name == "radius":
-        return float(tube.layers[0].inner if number == 0 else tube.layers[number - 1].outer)
-    if name == "density":
-        return float(tube.layers[layer].law.density)
-    if name == "coefficient":
-        return float(_coefficients(tube.layers[layer].law)[number])
-    return float(factor * getattr(tube.layers[layer].fibres[number], name))
+def _segment_values(segment: Segment) -> dict[str, float]:
+    """Numbers of a segment that are not its members', by name within it."""
+    ring = {} if segment.ring_radius is None else {"ring_radius": float(segment.ring_radius)}
+    return {"plate_mass": segment.plate.mass, "plate_thickness": segment.plate.thickness, **ring}
 
 
-def _coefficients(law: Any) -> list[float]:
-    """Numbers of a law in the order in which the core names them."""
-    flat: list[float] = []
-    for value in law.parameters.values():
-        flat.extend(np.atleast_1d(value).tolist())
-    return flat
+def _member_values(segment: Segment) -> dict[str, float]:
+    return tube_values(segment.actuators[0]) if segment.actuators else {}
 
 
-def _changed(segment: Segment, numbers: Mapping[Any, float]) -> Segment:
-    """The segment with some of its numbers replaced."""
-    given = {part[0]: value for part, value in numbers.items()}
-    plate = segment.plate
-    if "plate mass" in given or "plate thickness" in given:
-        plate = Plate(given.get("plate thickness", plate.thickness), given.get("plate mass", plate.mass))
-    members = segment.members
-    first = members[0]
-    of_tube = {part: value for part, value in numbers.items() if part[0].startswith("tube ")}
-    if of_tube and isinstance(first, Tube):
-        members = (_changed_tube(first, of_tube),) * len(members)
-    if segment.ring_radius is None:
-        place: dict[str, Any] = {"base_frames": segment.base_frames, "end_frames": segment.end_frames}
+def _changed(segment: Segment, numbers: Mapping[str, float]) -> Segment:
+    """The segment with some of its numbers replaced, by name within it."""
+    new = {**_segment_values(segment), **numbers}
+    if "ring_radius" in new:
+        place: dict[str, Any] = {"ring_radius": new["ring_radius"]}
     else:
-        place = {"ring_radius": given.get("placement", segment.ring_radius)}
-    if isinstance(first, Tube):
-        return Segment(actuators=_tubes(members), plate=plate, **place)
-    return Segment(rods=segment.rods, plate=plate, **place)
-
-
-def _tubes(members: Sequence[Any]) -> list[Tube]:
-    return [member for member in members if isinstance(member, Tube)]
-
-
-def _changed_tube(tube: Tube, numbers: Mapping[Any, float]) -> Tube:
-    faces = [tube.layers[0].inner, *(layer.outer for layer in tube.layers)]
-    families: list[list[list[Any]]] = [
-        [[f.angle, f.modulus, f.fraction, f.stiffness] for f in layer.fibres] for layer in tube.layers
-    ]
-    coefficients: list[list[float]] = [_coefficients(layer.law) for layer in tube.layers]
-    densities = [layer.law.density for layer in tube.layers]
-    whole = {"length": tube.length, "cap_length": tube.cap_length, "mass": tube._given_mass}
-    for (kind, layer, number, twin, factor), value in numbers.items():
-        name = kind.removeprefix("tube ")
-        if name in whole:
-            whole[name] = value
-        elif name == "radius":
-            faces[number] = value
-        elif name == "density":
-            densities[layer] = value
-        elif name == "coefficient":
-            coefficients[layer][number] = value
-        else:
-            field = ("angle", "modulus", "fraction", "stiffness").index(name)
-            families[layer][number][field] = factor * value
-            if twin >= 0:
-                families[layer][twin][field] = -factor * value if name == "angle" else value
-    layers = [
-        Layer(
-            faces[n],
-            faces[n + 1],
-            _law(layer.law, coefficients[n], densities[n]),
-            fibres=[_family(*family) for family in families[n]],
-        )
-        for n, layer in enumerate(tube.layers)
-    ]
-    length, cap_length, mass = whole["length"], whole["cap_length"], whole["mass"]
-    ends: Any = tube.ends
-    return Tube(float(length or 0.0), layers, tube.tension_only, ends, mass, float(cap_length or 0.0))
-
-
-def _family(angle: Any, modulus: Any, fraction: Any, stiffness: Any) -> Fibres:
-    if modulus is None:
-        return Fibres(angle=angle, stiffness=stiffness)
-    return Fibres(angle=angle, modulus=modulus, fraction=fraction)
-
-
-def _law(law: Any, coefficients: Sequence[float], density: float) -> Any:
-    if list(coefficients) == _coefficients(law) and density == law.density:
-        return law
-    arguments: dict[str, Any] = {}
-    rest = list(coefficients)
-    for name, value in law.parameters.items():
-        if np.ndim(value):
-            arguments[name], rest = rest[: len(value)], rest[len(value) :]
-        else:
-            arguments[name], rest = rest[0], rest[1:]
-    return type(law)(**arguments, density=density, max_strain=law.max_strain)
+        place = {"base_frames": segment.base_frames, "end_frames": segment.end_frames}
+    plate = Plate(new["plate_thickness"], new["plate_mass"])
+    if segment.rods:
+        return Segment(rods=segment.rods, plate=plate, **place)
+    of_tube = {name: value for name, value in numbers.items() if name in _member_values(segment)}
+    tubes = segment.actuators
+    if of_tube:
+        tubes = (changed_tube(tubes[0], of_tube),) * len(tubes)
+    return Segment(actuators=tubes, plate=plate, **place)

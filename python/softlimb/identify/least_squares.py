@@ -23,6 +23,7 @@ from softlimb.identify.statistics import (
     student_quantile,
     variance_factor,
 )
+from softlimb.text_tables import signed_parts
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -397,10 +398,8 @@ def _variance(problem: _Problem, end: _End, size: float) -> float:
     return size**2 * factor
 
 
-def _in_words(direction: Array, names: Sequence[str]) -> str:
-    """The parts of a direction that matter, the largest positive."""
-    turned = direction * (1.0 if direction[np.argmax(np.abs(direction))] > 0.0 else -1.0)
-    return " ".join(f"{part:+.2f} {name}" for part, name in zip(turned, names, strict=True) if abs(part) > 0.05)
+def _largest_positive(vector: Array) -> Array:
+    return vector if vector[np.argmax(np.abs(vector))] > 0.0 else -vector
 
 
 def least_squares(
@@ -585,7 +584,7 @@ def _answer(
         scale=problem.scale,
         singular_values=shown_by,
         directions=right,
-        unidentifiable=tuple(_in_words(direction, names) for direction in right[blind]),
+        unidentifiable=tuple(signed_parts(_largest_positive(row), names) for row in right[blind]),
         confidence=confidence,
         at_bound=tuple(name for name, at in zip(names, fixed, strict=True) if at),
         used=used,

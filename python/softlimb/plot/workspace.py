@@ -106,6 +106,11 @@ def _window(found: Workspace) -> Array:
     return np.stack([middle - half, middle + half])
 
 
+def _tilt_colours(found: Workspace) -> dict[str, Any]:
+    """One scale of the tilt in degrees for all pictures of a workspace, as arguments of a scatter."""
+    return {"cmap": _TILT, "vmin": 0.0, "vmax": found.tilt_range[1] / deg, "edgecolors": "none"}
+
+
 def _draw_cloud(found: Workspace, ax: Any) -> None:
     some, window, hangs = _some(found.tilt), _window(found), _hangs(found)
     tips = found.positions[some] / mm
@@ -115,17 +120,7 @@ def _draw_cloud(found: Workspace, ax: Any) -> None:
         shadow = tips.copy()
         shadow[:, axis] = wall
         ax.scatter(*shadow.T, s=0.4, color=_SHADOW, edgecolors="none", depthshade=False, rasterized=True)
-    ax.scatter(
-        *tips.T,
-        c=found.tilt[some] / deg,
-        cmap=_TILT,
-        vmin=0.0,
-        vmax=found.tilt_range[1] / deg,
-        s=0.8,
-        edgecolors="none",
-        depthshade=False,
-        rasterized=True,
-    )
+    ax.scatter(*tips.T, c=found.tilt[some] / deg, s=0.8, depthshade=False, rasterized=True, **_tilt_colours(found))
     for name, limits in zip("xyz", window.T, strict=True):
         low, high = limits[::-1] if hangs and name == "z" else limits
         getattr(ax, f"set_{name}lim")(low, high)
@@ -195,12 +190,9 @@ def slices_across(found: Workspace, views: Sequence[Axes], axis: AxisName = "z")
             part.points[order, 0] / mm,
             part.points[order, 1] / mm,
             c=tilt[order] / deg,
-            cmap=_TILT,
-            vmin=0.0,
-            vmax=found.tilt_range[1] / deg,
             s=4.0,
-            edgecolors="none",
             rasterized=True,
+            **_tilt_colours(found),
         )
         style.finish(ax, f"tip {'xyz'[others[0]]} [mm]", f"tip {'xyz'[others[1]]} [mm]" if number == 1 else "")
         _place(ax, window[:, others[0]], window[:, others[1]], others[1] == 2 and _hangs(found))

@@ -18,6 +18,7 @@ from softlimb.sweep import NOT_RUN, Batch, file_path, sweep
 from softlimb.units import deg, kPa, mm
 from softlimb.workspace.edges import directions, edge_pressures
 from softlimb.workspace.explore import pressures_nearby
+from softlimb.workspace.hull import convex_hull
 from softlimb.workspace.samples import Sampling, pressure_samples
 from softlimb.workspace.voxels import Cells, Occupancy, cells_of, occupancy
 
@@ -33,7 +34,6 @@ AxisName = Literal["x", "y", "z"]
 
 _ROUNDS = 8  # of exploring; each starts from all postures before it
 _SLICE = 0.05  # thickness of a slice, as a part of the box
-_FLAT = 1e-12  # of the widest spread of the tips; a thinner cloud is flat but for rounding and has no hull
 
 
 @dataclass(frozen=True, eq=False)
@@ -315,17 +315,8 @@ class Workspace:
         ModuleNotFoundError
             scipy is missing: install ``softlimb[workspace]``.
         """
-        try:
-            from scipy.spatial import ConvexHull  # type: ignore[import-untyped, unused-ignore]
-        except ModuleNotFoundError:
-            raise ModuleNotFoundError("this needs scipy: pip install 'softlimb[workspace]'") from None
-        if len(self.rows) < 4:
-            return 0.0
-        centred = self.positions - self.positions.mean(axis=0)
-        widths = np.linalg.svd(centred, compute_uv=False)
-        if widths[-1] <= _FLAT * widths[0]:
-            return 0.0
-        return float(ConvexHull(centred).volume)
+        hull = convex_hull(self.positions)
+        return 0.0 if hull is None else float(hull.volume)
 
     def volume_by_reach(self, points: int = 200, *, seed: int = 0) -> ReachableVolume:
         """Volume by `Limb.reach`: an estimate that does not depend on how densely the postures lie.

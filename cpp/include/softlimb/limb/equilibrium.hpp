@@ -119,6 +119,9 @@ public:
     const Moves& moves_with_rods(const Shape& shape, const std::vector<double>& amounts);
     /// Condensed stiffness of the plates at the last solution, dense, on the free freedoms (held ones: identity rows).
     Eigen::MatrixXd dense_stiffness() const;
+    /// Its real negative eigenvalues: where it is not symmetric, the ways in which the plates diverge without
+    /// oscillating.
+    int diverging_modes() const;
     /// Wrench that the ground exerts on the limb about the base origin, and the reaction of the hold on each plate.
     Vector6 base_wrench(const Shape& shape) const;
     std::vector<Vector6> reactions(const Shape& shape) const;

@@ -23,6 +23,9 @@ public:
     bool condense(const Vector6& shift, bool symmetric, bool need_positive);
     /// Negative eigenvalues of the (symmetrised) pivots of the last elimination: unstable modes with both ends held.
     int negative_pivots() const;
+    /// Whether the symmetric part of the interior stiffness less `margin` on the diagonal of each node is positive
+    /// definite: a chain of a stiffness that differs by less has no unstable mode with both ends held either.
+    bool positive_beyond(const Vector6& margin) const;
     const ElementStiffness& ends() const { return ends_; }
 
     /// Moves of the interior nodes, given those of the ends; `nodes` has elements()+1 entries, of which first and last
