@@ -104,6 +104,7 @@ CLAIM(negative_pivots_count_the_unstable_modes_between_held_ends) {
                 const int negative = dense_negative_eigenvalues(chain, lift);
                 CHECK(chain.condense(Vector6::Constant(lift), true, false));
                 CHECK(chain.negative_pivots() == negative);
+                CHECK(chain.positive_beyond(Vector6::Constant(-lift)) == (negative == 0));
                 CHECK(chain.condense(Vector6::Constant(lift), true, true) == (negative == 0));
             }
         }
