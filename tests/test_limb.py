@@ -6,6 +6,7 @@ import os
 import pickle
 import signal
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -866,8 +867,9 @@ def test_a_solve_is_interrupted_by_ctrl_c() -> None:
     limb = presets.reference_limb(["proximal"])
     timer = threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT))
     timer.start()
+    late = time.monotonic() + 60.0  # when it is clear that nobody listens
     with pytest.raises(KeyboardInterrupt):
-        for _ in range(200):  # about a second each: far longer than the test would take to be interrupted
+        while time.monotonic() < late:
             limb.solve([60e3, 60e3, 0.0], tip_moment=(1e3, 0.0, 0.0))
 
 
