@@ -225,6 +225,25 @@ def test_every_answer_is_stable_where_postures_without_stability_lie_near() -> N
     assert reached == 4
 
 
+@pytest.mark.parametrize("factor", [1e-8, 1e-6, 1e8])
+def test_a_factor_of_all_weights_changes_nothing(limb: sl.Limb, factor: float) -> None:
+    given = np.array([1.0, 0.5, 0.25])
+    for position in ((0.1, 0.0, 0.72), (0.3, 0.1, 0.9)):  # in reach, and out of it
+        plain, scaled = (
+            limb.reach(position=position, weights=w, max_pressure=HIGHEST, **HANGING) for w in (given, factor * given)
+        )
+        assert plain.reached == scaled.reached == (position[2] < 0.8) and plain.status == scaled.status
+        # The division by the largest weight rounds, and the search follows that to its own tolerance.
+        assert_allclose(scaled.gap, plain.gap, rtol=0.0, atol=1e-5)
+        assert_allclose(scaled.weights[:3], factor * given, rtol=1e-15)
+
+
+@pytest.mark.parametrize("weights", [(1e-3, 1, 1, 1, 1, 1), (1, 1, 1, 1e-3, 1e-3, 1e-3), (1e-3, 1e-3, 1e-3, 1, 1, 1)])
+def test_the_smallest_weights_allowed_reach_what_can_be_reached(limb: sl.Limb, weights: Any) -> None:
+    for posture in random_postures(limb, 4, 13):
+        require_reached(limb.reach(pose=posture.tip, weights=weights, max_pressure=HIGHEST, **HANGING), limb)
+
+
 def test_pressures_stop_short_of_what_an_actuator_carries() -> None:
     plain = sl.Tube(0.2, [sl.Layer(18 * mm, 21.5 * mm, sl.materials.SMOOTHSIL_950)])
     limit = plain.limit_pressure
@@ -319,6 +338,8 @@ MISTAKES: list[tuple[dict[str, Any], str]] = [
     ({"position": (0, 0, 0.7), "weights": (1, 1, -1)}, "weights must not be negative"),
     ({"position": (0, 0, 0.7), "weights": (0, 0, 0)}, "weights must not be negative"),
     ({"position": (0, 0, 0.7), "weights": np.ones(6)}, "weights has shape"),
+    ({"position": (0, 0, 0.7), "weights": (9e-4, 1, 1)}, "weights must each be zero, or at least 0.001 of the largest"),
+    ({"pose": np.eye(4), "weights": (1, 1, 1, 1e-6, 0, 0)}, "at least 0.001 of the largest"),
     ({"position": (0, 0, 0.7), "min_pressure": 90e3}, "min_pressure must not exceed max_pressure"),
     ({"position": (0, 0, 0.7), "max_pressure": [80e3, -1.0] + [80e3] * 7}, "for actuator 1"),
     ({"position": (0, 0, 0.7), "max_pressure": np.inf}, "max_pressure must be finite"),

@@ -24,6 +24,9 @@ Bound = Literal["min", "max", "limit"]
 STARTS = 16  # as ReachSettings of the core has it
 _TIGHTEST = 1e-9  # the preference may leave some 1e-11 at the target
 _SHORT_OF_LIMIT = 1e-3
+# Of the weights over the largest. The search takes a target for met where the weighted gap is below 1e-3: with less the
+# limb may be at its other end. Targets in reach were found with a tenth of it as well.
+_LEAST_WEIGHT = 1e-3
 _PLAIN = {"gravity", "tip_force", "tip_moment", "frame", "section", "valve"}
 
 
@@ -263,7 +266,7 @@ def reach(
         limb._core_members,
         core,
         target=target,
-        weights=counted,
+        weights=counted / counted.max(),  # a common factor means nothing
         lower=lower,
         upper=upper,
         preferred=preferred,
@@ -275,7 +278,9 @@ def reach(
         learned=learned,
         starts=starts,
     )
-    return Reach(limb, found, tolerance, model, loads, limited)
+    answer = Reach(limb, found, tolerance, model, loads, limited)
+    answer.weights = counted
+    return answer
 
 
 def _plain(
@@ -320,6 +325,9 @@ def target_of(position: ArrayLike | None, pose: ArrayLike | None, weights: Array
     given = np.ones(freedoms) if weights is None else finite_of_shape("weights", weights, (freedoms,))
     if (given < 0.0).any() or not given.any():
         raise ValueError(f"weights must not be negative, and not all zero, got {given.tolist()}")
+    if (given[given > 0.0] < _LEAST_WEIGHT * given.max()).any():
+        rule = f"zero, or at least {_LEAST_WEIGHT:g} of the largest"
+        raise ValueError(f"weights must each be {rule}, got {given.tolist()}")
     counted[:freedoms] = given
     return target, counted
 
