@@ -305,6 +305,29 @@ def test_lengths_that_need_more_pressure_than_allowed_are_no_answer(limb: sl.Lim
     assert "pressures outside the bounds" in found.message and "0 (max)" in found.message
 
 
+def test_where_the_papers_algorithm_fails_the_nearest_posture_of_the_search_is_the_answer(limb: sl.Limb) -> None:
+    wanted = limb.solve([60e3, 20e3, 20e3, 30e3, 30e3, 10e3, 20e3, 20e3, 20e3], section="paper")
+    found = limb.reach(pose=wanted.tip, max_pressure=30 * kPa, method="paper")
+    assert isinstance(found, PaperReach) and not found.reached and found.status != "converged"
+    assert found.message.startswith("Algorithm 1 did not converge")
+    assert "pressures outside the bounds" in found.message and "the nearest of the search" in found.message
+    assert "no stable posture" not in found.message
+    assert found.posture.success and found.posture.stable
+    # The algorithm's own search, which leaves out what shortens tubes, at its own tolerance.
+    bounds = {"min_pressure": 1 * kPa, "max_pressure": 30 * kPa}
+    nearest = limb.reach(pose=wanted.tip, section="paper", tolerance=1e-4, **bounds)
+    assert_allclose(found.pressures, nearest.pressures, rtol=1e-12)
+    assert f"misses by {1e3 * nearest.error.position:.4g} mm" in found.message
+    assert ((found.pressures >= 0.0) & (found.pressures <= 30 * kPa)).all() and found.active
+    assert found.lengths.shape == (9,) and found.residual > 1e-6
+
+
+def test_actuators_without_a_state_are_named(limb: sl.Limb) -> None:
+    found = limb.reach(position=(0.1, 0.0, 0.72), min_pressure=9e6, max_pressure=1e7, gravity=(0, 0, 9.81))
+    assert not found.reached
+    assert "within the bounds: actuator 8 has no stable state at 9000 kPa" in found.message
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [

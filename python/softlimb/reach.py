@@ -182,27 +182,37 @@ class Reach:
         return bounds
 
     @property
+    def _miss(self) -> str:
+        error = self.error
+        miss = f"{error.position / mm:.4g} mm ({error.relative:.2%} of {self.posture.limb.length / mm:.4g} mm)"
+        return miss if error.rotation is None else f"{miss} and {error.rotation / deg:.4g} deg"
+
+    @property
+    def _refusal(self) -> str:
+        """Why there is no posture; where not even the actuators have a state the core left no words."""
+        if self.posture.message:
+            return self.posture.message
+        section, valve = self.posture._model
+        return self.posture.limb.solve(self.pressures, section=section, valve=valve).message
+
+    @property
     def _outcome(self) -> str:
         return "reached" if self.least else "reached; the preference may allow better pressures"
 
     @cached_property
     def message(self) -> str:
         """Outcome in words."""
-        error = self.error
         parts = []
         if self.reached:
             parts.append(self._outcome)
         else:
-            miss = f"{error.position / mm:.4g} mm ({error.relative:.2%} of {self.posture.limb.length / mm:.4g} mm)"
-            if error.rotation is not None:
-                miss += f" and {error.rotation / deg:.4g} deg"
             if not (self.posture.success and self.posture.stable):
-                parts.append(f"no stable posture was found within the bounds: {self.posture.message}")
+                parts.append(f"no stable posture was found within the bounds: {self._refusal}")
             elif self.status in ("no_progress", "singular_jacobian"):
                 fold = ", and a fold is in the way" if self.status == "singular_jacobian" else ""
-                parts.append(f"out of reach: the nearest stable posture found misses by {miss}{fold}")
+                parts.append(f"out of reach: the nearest stable posture found misses by {self._miss}{fold}")
             else:
-                parts.append(f"not reached: the search ended at a miss of {miss}")
+                parts.append(f"not reached: the search ended at a miss of {self._miss}")
             held = [f"{number} ({bound})" for number, bound in self.active.items()]
             if held:
                 parts.append(f"actuators at a bound: {', '.join(held)}")
