@@ -225,6 +225,25 @@ def test_every_answer_is_stable_where_postures_without_stability_lie_near() -> N
     assert reached == 4
 
 
+@pytest.mark.parametrize("factor", [1e-8, 1e-6, 1e8])
+def test_a_factor_of_all_weights_changes_nothing(limb: sl.Limb, factor: float) -> None:
+    given = np.array([1.0, 0.5, 0.25])
+    for position in ((0.1, 0.0, 0.72), (0.3, 0.1, 0.9)):  # in reach, and out of it
+        plain, scaled = (
+            limb.reach(position=position, weights=w, max_pressure=HIGHEST, **HANGING) for w in (given, factor * given)
+        )
+        assert plain.reached == scaled.reached == (position[2] < 0.8) and plain.status == scaled.status
+        # The division by the largest weight rounds, and the search follows that to its own tolerance.
+        assert_allclose(scaled.gap, plain.gap, rtol=0.0, atol=1e-5)
+        assert_allclose(scaled.weights[:3], factor * given, rtol=1e-15)
+
+
+@pytest.mark.parametrize("weights", [(1e-3, 1, 1, 1, 1, 1), (1, 1, 1, 1e-3, 1e-3, 1e-3), (1e-3, 1e-3, 1e-3, 1, 1, 1)])
+def test_the_smallest_weights_allowed_reach_what_can_be_reached(limb: sl.Limb, weights: Any) -> None:
+    for posture in random_postures(limb, 4, 13):
+        require_reached(limb.reach(pose=posture.tip, weights=weights, max_pressure=HIGHEST, **HANGING), limb)
+
+
 def test_pressures_stop_short_of_what_an_actuator_carries() -> None:
     plain = sl.Tube(0.2, [sl.Layer(18 * mm, 21.5 * mm, sl.materials.SMOOTHSIL_950)])
     limit = plain.limit_pressure
@@ -286,6 +305,29 @@ def test_lengths_that_need_more_pressure_than_allowed_are_no_answer(limb: sl.Lim
     assert "pressures outside the bounds" in found.message and "0 (max)" in found.message
 
 
+def test_where_the_papers_algorithm_fails_the_nearest_posture_of_the_search_is_the_answer(limb: sl.Limb) -> None:
+    wanted = limb.solve([60e3, 20e3, 20e3, 30e3, 30e3, 10e3, 20e3, 20e3, 20e3], section="paper")
+    found = limb.reach(pose=wanted.tip, max_pressure=30 * kPa, method="paper")
+    assert isinstance(found, PaperReach) and not found.reached and found.status != "converged"
+    assert found.message.startswith("Algorithm 1 did not converge")
+    assert "pressures outside the bounds" in found.message and "the nearest of the search" in found.message
+    assert "no stable posture" not in found.message
+    assert found.posture.success and found.posture.stable
+    # The algorithm's own search, which leaves out what shortens tubes, at its own tolerance.
+    bounds = {"min_pressure": 1 * kPa, "max_pressure": 30 * kPa}
+    nearest = limb.reach(pose=wanted.tip, section="paper", tolerance=1e-4, **bounds)
+    assert_allclose(found.pressures, nearest.pressures, rtol=1e-12)
+    assert f"misses by {1e3 * nearest.error.position:.4g} mm" in found.message
+    assert ((found.pressures >= 0.0) & (found.pressures <= 30 * kPa)).all() and found.active
+    assert found.lengths.shape == (9,) and found.residual > 1e-6
+
+
+def test_actuators_without_a_state_are_named(limb: sl.Limb) -> None:
+    found = limb.reach(position=(0.1, 0.0, 0.72), min_pressure=9e6, max_pressure=1e7, gravity=(0, 0, 9.81))
+    assert not found.reached
+    assert "within the bounds: actuator 8 has no stable state at 9000 kPa" in found.message
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [
@@ -319,6 +361,8 @@ MISTAKES: list[tuple[dict[str, Any], str]] = [
     ({"position": (0, 0, 0.7), "weights": (1, 1, -1)}, "weights must not be negative"),
     ({"position": (0, 0, 0.7), "weights": (0, 0, 0)}, "weights must not be negative"),
     ({"position": (0, 0, 0.7), "weights": np.ones(6)}, "weights has shape"),
+    ({"position": (0, 0, 0.7), "weights": (9e-4, 1, 1)}, "weights must each be zero, or at least 0.001 of the largest"),
+    ({"pose": np.eye(4), "weights": (1, 1, 1, 1e-6, 0, 0)}, "at least 0.001 of the largest"),
     ({"position": (0, 0, 0.7), "min_pressure": 90e3}, "min_pressure must not exceed max_pressure"),
     ({"position": (0, 0, 0.7), "max_pressure": [80e3, -1.0] + [80e3] * 7}, "for actuator 1"),
     ({"position": (0, 0, 0.7), "max_pressure": np.inf}, "max_pressure must be finite"),

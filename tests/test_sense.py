@@ -170,6 +170,42 @@ def test_a_limb_without_a_stable_posture_is_no_exception() -> None:
     assert np.isnan(found.wrench).all() and np.isnan(found.chi_square)
 
 
+@pytest.mark.parametrize("wrong", ["turned", "far", "point"])
+def test_a_measurement_that_no_stable_limb_gives_is_given_up(
+    reference: sl.Limb, wrong: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    effort = 0
+    solve = sl.Limb.solve
+
+    def counted(limb: sl.Limb, *args: Any, **options: Any) -> sl.Posture:
+        nonlocal effort
+        found = solve(limb, *args, **options)
+        effort += found.iterations
+        return found
+
+    monkeypatch.setattr(sl.Limb, "solve", counted)
+    seen, pressures = pose((100.0, 0.0, 0.7)), PRESSURES
+    if wrong == "turned":
+        pressures = np.array([60, 20, 0, 0, 30, 30, 10, 20, 30]) * kPa
+        seen = reference.solve(pressures, gravity=HANGING, tip_force=(0.2, 0.0, 0.0)).tip
+        seen = seen @ np.diag([1.0, -1.0, -1.0, 1.0])
+    given: dict[str, Any] = {"tip_pose": seen, "covariance": TIP_COVARIANCE}
+    if wrong == "point":
+        given = {"points": seen[:3, 3:].T, "at": [1.0], "points_covariance": POINT_COVARIANCE}
+    found = reference.sense(pressures, **given, gravity=HANGING)
+    assert not found.success and found.posture.success and found.posture.stable
+    assert ("mm from where they" if wrong == "point" else "deg from its measured pose") in found.message
+    # The limit is 1500; what was begun below it ends, and one posture takes two thousand at most.
+    assert effort < 3500
+
+
+def test_a_wrench_found_by_holding_the_tip_counts_as_a_step(reference: sl.Limb) -> None:
+    wrench = np.array([0.0, 0.0, 20.0, 0.0, 0.0, 0.0])
+    truth = under(reference, wrench)
+    found = reference.sense(PRESSURES, **of_tip(truth), gravity=HANGING)
+    assert found.success and relative_error(found, wrench) < 1e-6 and found.iterations >= 1
+
+
 SOUND: dict[str, Any] = {"tip_pose": np.eye(4), "covariance": np.eye(6)}
 REFUSED: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({}, ValueError, "nothing was measured"),

@@ -860,8 +860,8 @@ class Limb:
             Bounds of the gauge pressures [Pa], for all actuators or one each.
         weights : array_like, shape (3,) for a position, (6,) for a pose, optional
             How much the tip's errors count: translations along base axes in units of ``limb.length``, then the rotation
-            vector from target to tip, base axes [rad]. Zero leaves a freedom alone; the others matter where the target
-            is out of reach. Default: one each.
+            vector from target to tip, base axes [rad]. Zero leaves a freedom alone; the others, at least 1e-3 of the
+            largest, matter where the target is out of reach, and only in proportion. Default: one each.
         prefer : array_like of pressures, a Posture or a Reach, optional
             Of all pressures that reach take those nearest to these [Pa], by the sum of squares. Default: zero, the
             least effort.
@@ -892,7 +892,8 @@ class Limb:
         Raises
         ------
         ValueError
-            Not exactly one target, a target that is not finite or no pose, weights that are negative or all zero,
+            Not exactly one target, a target that is not finite or no pose, weights that are negative, all zero or
+            farther apart than a factor of 1000,
             bounds that are reversed or beyond what an actuator carries, an argument that `solve` refuses.
         TypeError
             An argument that `solve` does not have, or that does not apply: ``prefer_stable``, ``rest_lengths``.

@@ -32,7 +32,8 @@ class PaperReach(Reach):
 
     ``status`` is converged, no_progress or max_iterations, of the algorithm; ``iterations`` are its own. ``reached``
     asks for more: that the posture of the lengths succeeds, is stable, ends at the target, and needs no pressure
-    outside the bounds.
+    outside the bounds. Where the algorithm fails, ``posture`` and ``pressures`` are the nearest of the search it
+    started from, if there was one; ``lengths``, ``wrenches`` and ``residual`` stay the algorithm's.
     """
 
     lengths: Array
@@ -58,7 +59,9 @@ class PaperReach(Reach):
 
     @cached_property
     def message(self) -> str:
-        """Outcome in words."""
+        """Outcome in words; where the algorithm failed, that comes first."""
+        if self.status != "converged":
+            return "; ".join([*self.remarks, f"the posture misses by {self._miss}"])
         family = f"rank {self.rank} of {self.unknowns} unknowns"
         if self.rank < self.unknowns:
             family += f": one of a family of answers with {self.unknowns - self.rank} parameters"
@@ -84,6 +87,7 @@ def reach_by_paper(
     if scene.setdefault("section", "paper") != "paper":
         raise ValueError(f'Algorithm 1 has constant sections: section must be "paper", got {scene["section"]!r}')
     unloaded = limb.solve(np.zeros(len(limb._tubes)), tolerance=tolerance, **scene)
+    searched = start is None
     if start is None:
         # From afar the algorithm seldom converges (MECHANICS): it starts where the search ends.
         start = reach(
@@ -109,22 +113,28 @@ def reach_by_paper(
     )
     posture = _posture_of(limb, answer.lengths, first, tolerance, scene)
     pressures = posture.pressures
+    nowhere = not (answer.converged and posture.success and posture.stable)
     if pressures is None or posture.status == "limit_point":
         pressures = np.full(len(limb._tubes), np.nan)
-    gap = _gap_between(posture.tip, target)
-    near = np.linalg.norm(gap[:3]) <= tolerance * limb.length and np.linalg.norm(gap[3:]) <= tolerance
     # Rounding of a pressure that belongs to a length.
     allowed = 1e-6 * np.maximum(np.abs(lower), np.abs(upper))
     outside = ~((pressures >= lower - allowed) & (pressures <= upper + allowed))
+    if nowhere and searched and first.success and first.stable and first.pressures is not None:
+        posture, pressures = first, first.pressures
+    gap = _gap_between(posture.tip, target)
+    near = np.linalg.norm(gap[:3]) <= tolerance * limb.length and np.linalg.norm(gap[3:]) <= tolerance
     unknown = np.concatenate([answer.lengths, answer.wrenches.ravel()])
     with np.errstate(all="ignore"):
         jacobian = algorithm.scaled_jacobian(problem, target, unknown)
     _, rank = condition(jacobian)
     values = np.linalg.svd(jacobian, compute_uv=False) if rank else np.full(1, np.inf)
-    remarks = [f"Algorithm 1 ended with a residual of {answer.residual:.1e}: {answer.outcome}"]
+    ended = "ended" if answer.converged else "did not converge, and ended"
+    remarks = [f"Algorithm 1 {ended} with a residual of {answer.residual:.1e}: {answer.outcome}"]
     if outside.any():
         numbers = ", ".join(str(number) for number in np.flatnonzero(outside))
-        remarks.append(f"the lengths need pressures outside the bounds, or that no tube has, in actuators {numbers}")
+        remarks.append(f"its lengths need pressures outside the bounds, or that no tube has, in actuators {numbers}")
+    if posture is first:
+        remarks.append("posture and pressures are the nearest of the search before it")
     statuses = {"converged": "converged", "no convergence": "max_iterations", "gave up": "max_iterations"}
     return PaperReach(
         {
@@ -132,7 +142,7 @@ def reach_by_paper(
             "_limited": limited,
             "posture": posture,
             "pressures": pressures,
-            "reached": bool(answer.converged and posture.success and posture.stable and near and not outside.any()),
+            "reached": bool(not nowhere and near and not outside.any()),
             "target": target,
             "weights": weights,
             "gap": gap,

@@ -24,6 +24,9 @@ Bound = Literal["min", "max", "limit"]
 STARTS = 16  # as ReachSettings of the core has it
 _TIGHTEST = 1e-9  # the preference may leave some 1e-11 at the target
 _SHORT_OF_LIMIT = 1e-3
+# Of the weights over the largest. The search takes a target for met where the weighted gap is below 1e-3: with less the
+# limb may be at its other end. Targets in reach were found with a tenth of it as well.
+_LEAST_WEIGHT = 1e-3
 _PLAIN = {"gravity", "tip_force", "tip_moment", "frame", "section", "valve"}
 
 
@@ -179,27 +182,37 @@ class Reach:
         return bounds
 
     @property
+    def _miss(self) -> str:
+        error = self.error
+        miss = f"{error.position / mm:.4g} mm ({error.relative:.2%} of {self.posture.limb.length / mm:.4g} mm)"
+        return miss if error.rotation is None else f"{miss} and {error.rotation / deg:.4g} deg"
+
+    @property
+    def _refusal(self) -> str:
+        """Why there is no posture; where not even the actuators have a state the core left no words."""
+        if self.posture.message:
+            return self.posture.message
+        section, valve = self.posture._model
+        return self.posture.limb.solve(self.pressures, section=section, valve=valve).message
+
+    @property
     def _outcome(self) -> str:
         return "reached" if self.least else "reached; the preference may allow better pressures"
 
     @cached_property
     def message(self) -> str:
         """Outcome in words."""
-        error = self.error
         parts = []
         if self.reached:
             parts.append(self._outcome)
         else:
-            miss = f"{error.position / mm:.4g} mm ({error.relative:.2%} of {self.posture.limb.length / mm:.4g} mm)"
-            if error.rotation is not None:
-                miss += f" and {error.rotation / deg:.4g} deg"
             if not (self.posture.success and self.posture.stable):
-                parts.append(f"no stable posture was found within the bounds: {self.posture.message}")
+                parts.append(f"no stable posture was found within the bounds: {self._refusal}")
             elif self.status in ("no_progress", "singular_jacobian"):
                 fold = ", and a fold is in the way" if self.status == "singular_jacobian" else ""
-                parts.append(f"out of reach: the nearest stable posture found misses by {miss}{fold}")
+                parts.append(f"out of reach: the nearest stable posture found misses by {self._miss}{fold}")
             else:
-                parts.append(f"not reached: the search ended at a miss of {miss}")
+                parts.append(f"not reached: the search ended at a miss of {self._miss}")
             held = [f"{number} ({bound})" for number, bound in self.active.items()]
             if held:
                 parts.append(f"actuators at a bound: {', '.join(held)}")
@@ -263,7 +276,7 @@ def reach(
         limb._core_members,
         core,
         target=target,
-        weights=counted,
+        weights=counted / counted.max(),  # a common factor means nothing
         lower=lower,
         upper=upper,
         preferred=preferred,
@@ -275,7 +288,9 @@ def reach(
         learned=learned,
         starts=starts,
     )
-    return Reach(limb, found, tolerance, model, loads, limited)
+    answer = Reach(limb, found, tolerance, model, loads, limited)
+    answer.weights = counted
+    return answer
 
 
 def _plain(
@@ -320,6 +335,9 @@ def target_of(position: ArrayLike | None, pose: ArrayLike | None, weights: Array
     given = np.ones(freedoms) if weights is None else finite_of_shape("weights", weights, (freedoms,))
     if (given < 0.0).any() or not given.any():
         raise ValueError(f"weights must not be negative, and not all zero, got {given.tolist()}")
+    if (given[given > 0.0] < _LEAST_WEIGHT * given.max()).any():
+        rule = f"zero, or at least {_LEAST_WEIGHT:g} of the largest"
+        raise ValueError(f"weights must each be {rule}, got {given.tolist()}")
     counted[:freedoms] = given
     return target, counted
 

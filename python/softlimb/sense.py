@@ -14,6 +14,7 @@ from softlimb.limb import Limb, _require_pose
 from softlimb.posture import Posture
 from softlimb.sweep import rotation_vector
 from softlimb.text_tables import signed_parts
+from softlimb.units import deg, mm
 
 __all__ = ["Sensed", "sense"]
 
@@ -23,6 +24,11 @@ Unknown = Literal["wrench", "force"]
 _LABELS = ("fx", "fy", "fz", "mx", "my", "mz")
 _NUMERICAL_RANK = 1e-9  # of the largest singular value: what is smaller is rounding of postures and derivatives
 _MOST_STEPS = 50
+# A step may move the tip by so much, by the linear response: farther away the posture is seldom found from the last.
+_FARTHEST_MOVE, _LARGEST_TURN = 0.5, 1.0  # of the limb's length; [rad]
+# Iterations of all postures together, about a second: a pose that no stable limb takes would need them without end.
+# A search that comes to its end takes some five a step, and where the limb bends far a hundred or two in all.
+_MOST_EFFORT = 1500
 # Standard deviations of the measurement (or shares of the residual, where that is larger) by which a step would change
 # it: the search ends at the first, and at the second where the step brings no gain.
 _SMALL_STEP, _NO_GAIN = 1e-7, 1e-4
@@ -63,7 +69,7 @@ class Sensed:
     message : str
         Outcome in words.
     iterations : int
-        Steps of the wrench.
+        Wrenches taken over on the way, each nearer to the measurement; that of the tip held where it was seen is one.
     """
 
     wrench: Array
@@ -213,8 +219,7 @@ def sense(
     search.begin(np.zeros(6), posture)
     if measured.tip is not None and unknown == "wrench":
         _from_held_tip(limb, pressures, measured.tip, known, tolerance, scene, posture, search)
-    status, steps = search.run()
-    return _answer(search, status, steps, size, limb.length)
+    return _answer(search, search.run(), size, limb.length)
 
 
 def _from_held_tip(
@@ -247,6 +252,7 @@ class _Search:
 
     def __init__(self, solve: Any, measured: _Measured, scale: Array) -> None:
         self._solve, self._measured, self.scale = solve, measured, scale
+        self.steps, self.effort = 0, 0
 
     def begin(self, wrench: Array, posture: Posture) -> None:
         self.wrench, self.posture = wrench, posture
@@ -257,11 +263,13 @@ class _Search:
     def try_wrench(self, wrench: Array, near: Posture) -> bool:
         """Takes a wrench over where it has a stable posture that explains the measurement better."""
         found = self._solve(wrench, near)
+        self.effort += found.iterations
         if not found.success or not found.stable:
             return False
         before = self.wrench, self.posture, self.residual, self.whitened, self.error
         self.begin(wrench, found)
         if self.error < before[4]:
+            self.steps += 1
             return True
         self.wrench, self.posture, self.residual, self.whitened, self.error = before
         return False
@@ -275,39 +283,65 @@ class _Search:
         seen = int(np.count_nonzero((values >= 1.0) & (values > _NUMERICAL_RANK * values[0])))
         return left, values, right, seen
 
-    def run(self) -> tuple[str, int]:
-        """Status and number of steps."""
+    def run(self) -> str:
+        """Goes on until there is no gain; the status."""
         damping = 0.0
-        for steps in range(_MOST_STEPS):
+        while self.steps < _MOST_STEPS:
             left, values, right, seen = self.decompose()
             along = left[:, :seen].T @ self.whitened
             unit = max(1.0, np.sqrt(self.error))
             # What a full step would change the whitened residual by.
             if np.linalg.norm(along) <= _SMALL_STEP * unit:
-                return "converged", steps
+                return "converged"
+            at_once = True
             while True:
                 amount = -along * values[:seen] / (values[:seen] ** 2 + damping)
                 change = np.zeros(6)
                 change[: len(self.scale)] = self.scale * (right[:seen].T @ amount)
-                if self.try_wrench(self.wrench + change, self.posture):
-                    damping = 0.1 * damping if damping > 1e-6 * values[0] ** 2 else 0.0
+                if self.try_wrench(self.wrench + self._shortened(change), self.posture):
+                    # Less damping has just failed where it was tried: a failure costs hundreds of steps that gain.
+                    if at_once:
+                        damping = 0.1 * damping if damping > 1e-6 * values[0] ** 2 else 0.0
                     break
+                at_once = False
                 if np.linalg.norm(along) <= _NO_GAIN * unit:
                     # No gain by a step so small: what is left is the rounding of the postures.
-                    return "converged", steps
+                    return "converged"
                 if np.linalg.norm(values[:seen] * amount) <= _NO_GAIN * unit:
-                    return "no_progress", steps
+                    return "no_progress"
+                if self.effort > _MOST_EFFORT:
+                    return "max_iterations"
                 damping = max(10.0 * damping, 1e-3 * values[0] ** 2)
-        return "max_iterations", _MOST_STEPS
+        return "max_iterations"
+
+    def _shortened(self, change: Array) -> Array:
+        """The change of the wrench, as far as the linear response may be followed."""
+        move = self.posture.compliance @ change
+        length = self.posture.limb.length
+        distance, angle = float(np.linalg.norm(move[:3])), float(np.linalg.norm(move[3:]))
+        shortened: Array = change / max(distance / (_FARTHEST_MOVE * length), angle / _LARGEST_TURN, 1.0)
+        return shortened
+
+    def left(self) -> str:
+        """How far the posture is from what was measured, in words."""
+        parts, points = [], self.residual
+        if self._measured.tip is not None:
+            distance, angle = (np.linalg.norm(part) for part in (points[:3], points[3:6]))
+            parts.append(f"the tip {distance / mm:.4g} mm and {angle / deg:.4g} deg from its measured pose")
+            points = points[6:]
+        if len(points):
+            farthest = np.linalg.norm(points.reshape(-1, 3), axis=1).max()
+            parts.append(f"points up to {farthest / mm:.4g} mm from where they were measured")
+        return " and ".join(parts)
 
 
 _CAUSES = {
-    "max_iterations": "the steps ran out",
+    "max_iterations": "the effort ran out before a wrench was found that explains the measurement",
     "no_progress": "no further step leads to a stable posture that explains the measurement better",
 }
 
 
-def _answer(search: _Search, status: str, steps: int, size: float, length: float) -> Sensed:
+def _answer(search: _Search, status: str, size: float, length: float) -> Sensed:
     _, values, right, seen = search.decompose()
     count = len(search.scale)
     spread = np.zeros((6, seen))
@@ -315,7 +349,7 @@ def _answer(search: _Search, status: str, steps: int, size: float, length: float
     unseen = np.zeros((count - seen, 6))
     unseen[:, :count] = right[seen:] * np.array([1.0] * 3 + [length] * 3)[:count]
     if status != "converged":
-        message = f"not converged: {_CAUSES[status]}"
+        message = f"not converged: {_CAUSES[status]}; the best stable posture found has {search.left()}"
     elif len(unseen):
         message = f"converged; not seen: {'; '.join(signed_parts(row, _LABELS) for row in unseen)}"
     else:
@@ -332,7 +366,7 @@ def _answer(search: _Search, status: str, steps: int, size: float, length: float
         degrees_of_freedom=len(search.residual) - seen,
         status=status,
         message=message,
-        iterations=steps,
+        iterations=search.steps,
     )
 
 
