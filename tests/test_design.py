@@ -530,6 +530,21 @@ def test_a_ratio_that_is_best_for_no_weight_is_said_to_come_out_for_none() -> No
     assert rising.weights_for(0.5) is None and "does not come out for any weight" in rising.verdict()
 
 
+def test_a_best_ratio_at_an_end_of_the_range_is_marked_and_does_not_come_out() -> None:
+    ratios = np.linspace(0.5, 1.0, 15)
+    each = np.ones(len(ratios))
+    falling = np.repeat(np.exp(-ratios)[:, None], 6, axis=1)
+    found = design.RatioStudy("mass", ratios, falling, {"bending": np.exp(-ratios)}, each, each, each, {}, ())
+    assert found.best() == 0.5 and found.weights_for(0.5) is None
+    verdict = found.verdict()
+    assert "best ratio 0.50, an end of the ratios studied," in verdict
+    assert "whether it is best cannot be told" in verdict and "comes out" not in verdict
+    with pytest.raises(ValueError, match="ratio must be finite"):
+        found.weights_for(np.nan)
+    with pytest.raises(ValueError, match="ratio must be a number"):
+        found.weights_for("a")
+
+
 def test_workers_and_a_resumed_file_give_the_same_evaluations(limb: sl.Limb, tmp_path: Path) -> None:
     payload = design.Payload(PRESSURES, 50 * mm, ((1.0, 0.0, 0.0),), scene=HANGING)
     problem = design.Problem(limb, [design.RadiusRatio()], payload, also=[design.Mass()])

@@ -281,7 +281,9 @@ def _payload_slopes(found: LimbPayload, direction: Array) -> Slopes:
 
 @dataclass(frozen=True)
 class Compliance(Criterion):
-    """Mean displacement of the tip by a force on it, over all directions of the force [m/N].
+    """Displacement of the tip along a force on it, by the force, in the mean over all its directions [m/N].
+
+    A third of the trace of the compliance; the displacement across the force does not count.
 
     Parameters
     ----------
