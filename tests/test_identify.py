@@ -458,3 +458,10 @@ def test_the_laws_errors_at_the_tip_are_those_of_many_drawn_laws() -> None:
     assert_allclose(apart.covariance, sum(apart.by_fit.values()), rtol=1e-14)
     with pytest.raises(ValueError, match=r"fits names 'layers\[7\]'"):
         tip_uncertainty(posture, {"layers[7]": fit})
+    for names in (("layers[0]", "segments[0].layers[0]"), ("segments[0].layers[0]", "layers[0]")):
+        with pytest.raises(ValueError, match=r"'layers\[0\]' holds 'segments\[0\]\.layers\[0\]' already"):
+            tip_uncertainty(posture, dict.fromkeys(names, fit))
+    with pytest.raises(TypeError, match="posture must be a Posture, got int"):
+        tip_uncertainty(3, {"layers[0]": fit})
+    with pytest.raises(TypeError, match="fits must be a mapping"):
+        tip_uncertainty(posture, [fit])
