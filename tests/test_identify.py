@@ -148,6 +148,24 @@ def test_parameters_that_act_alike_are_named_as_not_identifiable() -> None:
     assert found.singular_values[-1] < 1e-6
 
 
+def test_what_the_data_cannot_see_stays_where_it_began_and_the_report_says_why() -> None:
+    def nearly_same(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        slopes = np.stack([X, X + 1e-6 * X**2, np.ones_like(X)], axis=1)
+        return slopes @ values, slopes
+
+    y = 3.0 * X + 1.0 + 0.05 * np.random.default_rng(2).standard_normal(X.size)
+    found = least_squares(nearly_same, y, {"a": 1.0, "b": 1.0, "c": 0.5})
+    assert found.success and len(found.unidentifiable) == 1
+    # The sum is known, the difference was zero and is not stepped along: about half of the slope each.
+    assert_allclose([found["a"], found["b"]], 0.5 * np.polyfit(X, y, 1)[0], rtol=1e-4)
+    assert "standard deviations of the noise" in found.report()
+    # Without noise the same direction shows, and is found to what 1e-6 of rounding leaves.
+    exact = least_squares(nearly_same, nearly_same(np.array([2.0, 1.5, 1.0]))[0], {"a": 1.0, "b": 1.0, "c": 0.5})
+    assert_allclose(exact.estimates, [2.0, 1.5, 1.0], rtol=1e-6)
+    stuck = replace(found, status="max_iterations", unidentifiable=())
+    assert not stuck.identifiable and "the search did not converge (max_iterations)" in stuck.report()
+
+
 def test_a_parameter_below_the_noise_is_not_identifiable_and_above_it_is() -> None:
     rng = np.random.default_rng(4)
     y = 1.0 + 0.01 * X + 0.5 * rng.standard_normal(X.size)
