@@ -444,10 +444,31 @@ def test_a_file_of_another_problem_or_of_none_is_refused_and_stays(limb: sl.Limb
         (lambda limb: design.optimise(bowl_problem(limb), max_evaluations=0), "max_evaluations"),
         (lambda limb: design.optimise(bowl_problem(limb), tolerance=0.0), "tolerance"),
         (lambda limb: bowl_problem(limb).evaluate([1.0]), "values has shape"),
+        (lambda limb: design.optimise(bowl_problem(limb), seed="a"), "seed must be a whole number"),
+        (lambda limb: design.Factor([], 0.5, 1.0), "labels of a factor must be at least one"),
+        (lambda limb: design.PressureSet(60 * kPa, seed=-1), "seed must be a whole number"),
     ],
 )
 def test_what_cannot_be_meant_is_refused_by_name(limb: sl.Limb, make: Any, text: str) -> None:
     with pytest.raises(ValueError, match=text):
+        make(limb)
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda limb: design.Bending("a"), "pressures must be a PressureSet, got 'a'"),
+        (lambda limb: design.WorkspaceBox("a"), "pressures must be a PressureSet, got 'a'"),
+        (lambda limb: design.Number(3, 0.0, 1.0), "label must be a text, got int"),
+        (lambda limb: design.WeightedSum([design.Mass()]), "terms must be pairs of a criterion and a number"),
+        (
+            lambda limb: design.Problem(limb, design.Number("segments[0].ring_radius", 0.01, 0.1), design.Mass()),
+            "parameters must be a sequence of parameters, got Number",
+        ),
+    ],
+)
+def test_what_is_of_another_type_is_refused_by_name(limb: sl.Limb, make: Any, text: str) -> None:
+    with pytest.raises(TypeError, match=text):
         make(limb)
 
 

@@ -419,6 +419,10 @@ def test_an_empirical_actuator_is_a_rod_at_a_pressure() -> None:
         (lambda: Points([[0.0]], measured=np.zeros((1, 1, 3))), "exactly one of plates and at"),
         (lambda: Points([[0.0]], measured=np.zeros((1, 1, 2)), plates=[0]), "measured has shape"),
         (lambda: Points([0.0], measured=np.zeros((1, 1, 3)), plates=[0]), "one row a posture"),
+        *(
+            (lambda plate=plate: Points([[0.0]], measured=np.zeros((1, 1, 3)), plates=[plate]), "plates must be a")
+            for plate in (0.5, True, "0", -2)
+        ),
         (lambda: TipPoses([[0.0]], measured=np.ones((1, 4, 4))), "must be a rotation matrix"),
         (lambda: LimbCurve([[0.0]], measured=[0.0], kind="length"), 'kind must be one of "height", "bending"'),
         (lambda: identify(proximal(), ActuatorCurve([1e4] * 9, twist=[0.0] * 9), ["c1"]), "no number 'c1' to identify"),
@@ -436,6 +440,14 @@ def test_an_empirical_actuator_is_a_rod_at_a_pressure() -> None:
 def test_bad_input_is_refused(make: Any, match: str) -> None:
     with pytest.raises(ValueError, match=match):
         make()
+
+
+def test_what_is_of_another_type_is_refused_by_name() -> None:
+    curve = ActuatorCurve([1e4] * 9, twist=[0.0] * 9)
+    with pytest.raises(TypeError, match="bounds must be a mapping"):
+        identify(proximal(), curve, ["length"], bounds=[(0.0, 1.0)])  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="limb must be a Limb, got str"):
+        DrivenLimb.of("a")  # type: ignore[arg-type]
 
 
 # Carried to the tip

@@ -205,6 +205,8 @@ def test_unknown_names_and_missing_files_are_refused(tmp_path: Path, capsys: Any
     assert "expected one of fibre_tubes" in capsys.readouterr().err
     assert main(["validate", "fibre_tubes", "--data", str(tmp_path / "none")]) == 2
     assert "there is no folder" in capsys.readouterr().err
+    with pytest.raises(TypeError, match="folder must be a path, got int"):
+        validate("fibre_tubes", 3)  # type: ignore[arg-type]
     (tmp_path / "a.csv").write_text("x,y\n1,2\n")
     with pytest.raises(ValueError, match="missing column `z`"):
         read_columns(tmp_path / "a.csv", [], ["x", "z"])
