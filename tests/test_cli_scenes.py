@@ -12,7 +12,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from softlimb import Batch, rows, scenes
-from softlimb.cli import main
+from softlimb.cli import SUBCOMMANDS, main
 from sweep_examples import KnownRows
 
 
@@ -227,6 +227,17 @@ def test_a_comparison_that_the_scene_cannot_answer_says_so(tmp_path: Path, capsy
     path.write_text("pressure_1_1_kPa,tip_x_mm,tip_y_mm,tip_z_mm\n1,2,3,4\n", encoding="utf-8")
     assert main(["compare", "complex-posture", str(path)]) == 2
     assert "pressures of 1 actuators, the limb has 9" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words",
+    [*([subcommand.__name__.rpartition(".")[2]] for subcommand in SUBCOMMANDS), ["design", "radius-ratio"]],
+    ids=" ".join,
+)
+def test_every_subcommand_prints_its_help(words: list[str], capsys) -> None:
+    # argparse fills in % only when it prints: a bare one breaks the help alone.
+    assert main([*words, "--help"]) == 0
+    assert f"usage: softlimb {' '.join(words)}" in capsys.readouterr().out
 
 
 def test_version_and_help_exit_with_zero(capsys) -> None:

@@ -444,10 +444,31 @@ def test_a_file_of_another_problem_or_of_none_is_refused_and_stays(limb: sl.Limb
         (lambda limb: design.optimise(bowl_problem(limb), max_evaluations=0), "max_evaluations"),
         (lambda limb: design.optimise(bowl_problem(limb), tolerance=0.0), "tolerance"),
         (lambda limb: bowl_problem(limb).evaluate([1.0]), "values has shape"),
+        (lambda limb: design.optimise(bowl_problem(limb), seed="a"), "seed must be a whole number"),
+        (lambda limb: design.Factor([], 0.5, 1.0), "labels of a factor must be at least one"),
+        (lambda limb: design.PressureSet(60 * kPa, seed=-1), "seed must be a whole number"),
     ],
 )
 def test_what_cannot_be_meant_is_refused_by_name(limb: sl.Limb, make: Any, text: str) -> None:
     with pytest.raises(ValueError, match=text):
+        make(limb)
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda limb: design.Bending("a"), "pressures must be a PressureSet, got 'a'"),
+        (lambda limb: design.WorkspaceBox("a"), "pressures must be a PressureSet, got 'a'"),
+        (lambda limb: design.Number(3, 0.0, 1.0), "label must be a text, got int"),
+        (lambda limb: design.WeightedSum([design.Mass()]), "terms must be pairs of a criterion and a number"),
+        (
+            lambda limb: design.Problem(limb, design.Number("segments[0].ring_radius", 0.01, 0.1), design.Mass()),
+            "parameters must be a sequence of parameters, got Number",
+        ),
+    ],
+)
+def test_what_is_of_another_type_is_refused_by_name(limb: sl.Limb, make: Any, text: str) -> None:
+    with pytest.raises(TypeError, match=text):
         make(limb)
 
 
@@ -528,6 +549,21 @@ def test_the_best_ratio_of_a_known_merit_is_found_for_every_weight() -> None:
 def test_a_ratio_that_is_best_for_no_weight_is_said_to_come_out_for_none() -> None:
     rising = made_up(np.linspace(1.0, 2.0, 15), np.linspace(1.0, 3.0, 15))
     assert rising.weights_for(0.5) is None and "does not come out for any weight" in rising.verdict()
+
+
+def test_a_best_ratio_at_an_end_of_the_range_is_marked_and_does_not_come_out() -> None:
+    ratios = np.linspace(0.5, 1.0, 15)
+    each = np.ones(len(ratios))
+    falling = np.repeat(np.exp(-ratios)[:, None], 6, axis=1)
+    found = design.RatioStudy("mass", ratios, falling, {"bending": np.exp(-ratios)}, each, each, each, {}, ())
+    assert found.best() == 0.5 and found.weights_for(0.5) is None
+    verdict = found.verdict()
+    assert "best ratio 0.50, an end of the ratios studied," in verdict
+    assert "whether it is best cannot be told" in verdict and "comes out" not in verdict
+    with pytest.raises(ValueError, match="ratio must be finite"):
+        found.weights_for(np.nan)
+    with pytest.raises(ValueError, match="ratio must be a number"):
+        found.weights_for("a")
 
 
 def test_workers_and_a_resumed_file_give_the_same_evaluations(limb: sl.Limb, tmp_path: Path) -> None:

@@ -148,6 +148,24 @@ def test_parameters_that_act_alike_are_named_as_not_identifiable() -> None:
     assert found.singular_values[-1] < 1e-6
 
 
+def test_what_the_data_cannot_see_stays_where_it_began_and_the_report_says_why() -> None:
+    def nearly_same(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        slopes = np.stack([X, X + 1e-6 * X**2, np.ones_like(X)], axis=1)
+        return slopes @ values, slopes
+
+    y = 3.0 * X + 1.0 + 0.05 * np.random.default_rng(2).standard_normal(X.size)
+    found = least_squares(nearly_same, y, {"a": 1.0, "b": 1.0, "c": 0.5})
+    assert found.success and len(found.unidentifiable) == 1
+    # The sum is known, the difference was zero and is not stepped along: about half of the slope each.
+    assert_allclose([found["a"], found["b"]], 0.5 * np.polyfit(X, y, 1)[0], rtol=1e-4)
+    assert "standard deviations of the noise" in found.report()
+    # Without noise the same direction shows, and is found to what 1e-6 of rounding leaves.
+    exact = least_squares(nearly_same, nearly_same(np.array([2.0, 1.5, 1.0]))[0], {"a": 1.0, "b": 1.0, "c": 0.5})
+    assert_allclose(exact.estimates, [2.0, 1.5, 1.0], rtol=1e-6)
+    stuck = replace(found, status="max_iterations", unidentifiable=())
+    assert not stuck.identifiable and "the search did not converge (max_iterations)" in stuck.report()
+
+
 def test_a_parameter_below_the_noise_is_not_identifiable_and_above_it_is() -> None:
     rng = np.random.default_rng(4)
     y = 1.0 + 0.01 * X + 0.5 * rng.standard_normal(X.size)
@@ -401,6 +419,10 @@ def test_an_empirical_actuator_is_a_rod_at_a_pressure() -> None:
         (lambda: Points([[0.0]], measured=np.zeros((1, 1, 3))), "exactly one of plates and at"),
         (lambda: Points([[0.0]], measured=np.zeros((1, 1, 2)), plates=[0]), "measured has shape"),
         (lambda: Points([0.0], measured=np.zeros((1, 1, 3)), plates=[0]), "one row a posture"),
+        *(
+            (lambda plate=plate: Points([[0.0]], measured=np.zeros((1, 1, 3)), plates=[plate]), "plates must be a")
+            for plate in (0.5, True, "0", -2)
+        ),
         (lambda: TipPoses([[0.0]], measured=np.ones((1, 4, 4))), "must be a rotation matrix"),
         (lambda: LimbCurve([[0.0]], measured=[0.0], kind="length"), 'kind must be one of "height", "bending"'),
         (lambda: identify(proximal(), ActuatorCurve([1e4] * 9, twist=[0.0] * 9), ["c1"]), "no number 'c1' to identify"),
@@ -418,6 +440,14 @@ def test_an_empirical_actuator_is_a_rod_at_a_pressure() -> None:
 def test_bad_input_is_refused(make: Any, match: str) -> None:
     with pytest.raises(ValueError, match=match):
         make()
+
+
+def test_what_is_of_another_type_is_refused_by_name() -> None:
+    curve = ActuatorCurve([1e4] * 9, twist=[0.0] * 9)
+    with pytest.raises(TypeError, match="bounds must be a mapping"):
+        identify(proximal(), curve, ["length"], bounds=[(0.0, 1.0)])  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="limb must be a Limb, got str"):
+        DrivenLimb.of("a")  # type: ignore[arg-type]
 
 
 # Carried to the tip
@@ -458,3 +488,10 @@ def test_the_laws_errors_at_the_tip_are_those_of_many_drawn_laws() -> None:
     assert_allclose(apart.covariance, sum(apart.by_fit.values()), rtol=1e-14)
     with pytest.raises(ValueError, match=r"fits names 'layers\[7\]'"):
         tip_uncertainty(posture, {"layers[7]": fit})
+    for names in (("layers[0]", "segments[0].layers[0]"), ("segments[0].layers[0]", "layers[0]")):
+        with pytest.raises(ValueError, match=r"'layers\[0\]' holds 'segments\[0\]\.layers\[0\]' already"):
+            tip_uncertainty(posture, dict.fromkeys(names, fit))
+    with pytest.raises(TypeError, match="posture must be a Posture, got int"):
+        tip_uncertainty(3, {"layers[0]": fit})
+    with pytest.raises(TypeError, match="fits must be a mapping"):
+        tip_uncertainty(posture, [fit])

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -106,6 +107,9 @@ def test_a_modulus_put_in_comes_out_of_a_tentacle(tmp_path: Path) -> None:
         csv.writer(file).writerows(rows)
     result = validate("tendon_tentacle", tmp_path)
     assert result.findings[0].startswith("modulus 450 kPa")
+    assert "whose error is not in the interval" in result.findings[0]
+    moved = "pieces half as long move the tip"  # beside every number that it concerns
+    assert moved in result.tables[0].title and moved in result.findings[1]
     # tensions to 5e-4, and a rod that they bend by its own length: a tenth of a millimetre
     assert max(float(text) for text in column(result.tables[0], "held out [mm]")) < 0.2
     rows[1][0] = "m3_u01"
@@ -113,6 +117,18 @@ def test_a_modulus_put_in_comes_out_of_a_tentacle(tmp_path: Path) -> None:
         csv.writer(file).writerows(rows)
     with pytest.raises(ValueError, match="experiment 'm3_u01': expected"):
         validate("tendon_tentacle", tmp_path)
+
+
+def test_a_tentacle_that_fails_says_what_did() -> None:
+    blank = tendon_tentacle.Poses(["m1_u005", "m2_u01"], np.ones((2, 2)), np.zeros((2, 4, 3)))
+    found = identify(proximal(), made_up_curve(), ["layers[0].c1"])
+    gaps = np.zeros((2, 2, 4))
+    assert found.success and not tendon_tentacle._failures(blank, found, gaps)
+    gaps[1, 1] = np.nan
+    stuck = replace(found, status="no_progress", iterations=5)
+    search, postures = tendon_tentacle._failures(blank, stuck, gaps)
+    assert "ended with no_progress after 5 steps" in search
+    assert postures == "no stable posture at the tensions of m2_u01"
 
 
 def test_tendons_pull_as_hard_as_they_are_asked_to() -> None:
@@ -189,16 +205,21 @@ def test_unknown_names_and_missing_files_are_refused(tmp_path: Path, capsys: Any
     assert "expected one of fibre_tubes" in capsys.readouterr().err
     assert main(["validate", "fibre_tubes", "--data", str(tmp_path / "none")]) == 2
     assert "there is no folder" in capsys.readouterr().err
+    with pytest.raises(TypeError, match="folder must be a path, got int"):
+        validate("fibre_tubes", 3)  # type: ignore[arg-type]
     (tmp_path / "a.csv").write_text("x,y\n1,2\n")
     with pytest.raises(ValueError, match="missing column `z`"):
         read_columns(tmp_path / "a.csv", [], ["x", "z"])
 
 
-def test_a_profile_has_a_picture() -> None:
+def made_up_curve() -> ActuatorCurve:
     pressures = np.linspace(5, 50, 10) * kPa
     noise = 0.1 * mm * np.random.default_rng(3).standard_normal(10)
-    curve = ActuatorCurve(pressures, elongation=0.2 * (proximal().inflate(pressures).stretch - 1) + noise)
-    profile = identify(proximal(), curve, ["layers[0].c1"]).profile("layers[0].c1")
+    return ActuatorCurve(pressures, elongation=0.2 * (proximal().inflate(pressures).stretch - 1) + noise)
+
+
+def test_a_profile_has_a_picture() -> None:
+    profile = identify(proximal(), made_up_curve(), ["layers[0].c1"]).profile("layers[0].c1")
     figure = plot.profile(profile, label="c1 [kPa]", unit=kPa)
     assert isinstance(figure, Figure)
     (axes,) = figure.axes

@@ -111,9 +111,10 @@ def test_the_error_of_a_volume_shrinks_with_the_number_of_points():
 def test_flat_clouds_have_no_volume_within_their_error():
     rng = np.random.default_rng(3)
     plane = np.column_stack([rng.random((5000, 2)), np.full(5000, 0.3)])
-    for points in (plane, np.full((40, 3), 0.2), plane[:1], plane[:0]):
+    for points in (plane, np.full((40, 3), 0.2), plane[:1]):
         found = occupancy(points)
         assert found.lower == 0.0 and found.size <= found.error * (1.0 + 1e-15)  # rounding of the half sum
+    assert math.isnan(occupancy(plane[:0]).size)  # of nothing, nothing is known
 
 
 def test_the_estimate_of_unseen_cells_is_chaos_and_no_less_than_those_hit_once():
@@ -354,9 +355,24 @@ def test_a_workspace_without_a_posture_says_so_and_has_no_size():
     found = Workspace(batch)
     assert len(found) == 0 and found.message.startswith("0 of 4 postures count; 4 failed")
     assert np.isnan(found.box).all() and math.isnan(found.reach) and math.isnan(found.tilt_range[0])
-    assert found.volume.size <= found.volume.error and len(found.regions().counts) == 0
+    assert math.isnan(found.volume.size) and math.isnan(found.volume.error) and math.isnan(found.hull_volume)
+    assert "an empty workspace has no size" in found.message and len(found.regions().counts) == 0
+    with pytest.raises(ValueError, match="an empty workspace has no slice: 0 of 4 postures count"):
+        found.slice("z")
     with pytest.raises(ValueError, match="empty workspace"):
         found.volume_by_reach(3)
+
+
+def test_bounds_end_just_short_of_where_an_actuator_balloons():
+    limb = reference_limb()
+    limits = [tube.inflate(1e9).limit_pressure for tube in limb._tubes]  # stiff fibres: known only from beyond
+    found = limb.workspace(max_pressure=1e9, samples=20, edge_directions=0, progress=False)
+    assert len(found) > 0
+    assert (found.pressure_range[1] < limits).all()
+    assert found.pressure_range[1].max() == pytest.approx(max(limits), rel=0.1)  # half of the pressures are at bounds
+    far = limb.reach(position=(0.0, 0.0, 10.0), max_pressure=1e9)  # m, out of reach
+    assert far.max_pressures == pytest.approx(limits, rel=2e-3)
+    assert "actuator 0 carries no more than" in far.message
 
 
 def test_the_standing_limb_loses_what_its_weight_topples():
@@ -421,6 +437,7 @@ def test_the_dataset_tells_which_rows_count(cloud):
         ({"seed": -1}, "seed must be a whole number of at least 0"),
         ({"sampling": "sobol"}, 'sampling must be one of "halton", "uniform", "grid"'),
         ({"sampling": "grid", "samples": 7, "explore": 0.0}, "samples must be at least 8 for a grid"),
+        ({"sampling": "grid", "samples": 20}, "got 20, of which explore=0.75 leaves 5 to the grid"),
         ({"at_bounds": 1.0}, r"at_bounds must be within \[0, 1\)"),
         ({"at_bounds": float("nan")}, r"at_bounds must be within \[0, 1\)"),
         ({"explore": 1.0}, r"explore must be within \[0, 1\)"),

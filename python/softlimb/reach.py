@@ -13,7 +13,7 @@ from softlimb import _core
 from softlimb.arguments import finite_of_shape, one_finite, shown
 from softlimb.limb import Limb, _flat, _require_pose, _tolerance
 from softlimb.posture import Posture
-from softlimb.tube import SectionModel, Valve
+from softlimb.tube import SectionModel, TubeState, Valve
 from softlimb.units import deg, kPa, mm
 
 __all__ = ["Reach", "ReachError", "bounds_of", "reach", "target_of"]
@@ -246,7 +246,8 @@ def reach(
     """See `Limb.reach`."""
     if starts == STARTS and weights is None and prefer is None and type(min_pressure) is float and min_pressure == 0.0:
         plain = scene.keys() <= _PLAIN and _plain(limb, position, pose, max_pressure, tolerance, start, **scene)
-        if plain:
+        # Where the core's quick way missed, an upper bound beyond what an actuator carries may be why.
+        if plain and (plain.reached or np.array_equal(plain.max_pressures, bounds_of(limb, 0.0, max_pressure)[1])):
             return plain
     if not limb._tubes:
         raise ValueError("the limb has no actuators: no pressure moves its tip")
@@ -350,7 +351,14 @@ def _per_actuator(limb: Limb, name: str, value: Any) -> Array:
 
 
 def bounds_of(limb: Limb, lowest: Any, highest: Any) -> tuple[Array, Array, tuple[int, ...]]:
-    """Bounds of the pressures, and the actuators that carry less than was allowed."""
+    """Bounds of the pressures, and the actuators that carry less than was allowed.
+
+    Raises
+    ------
+    ValueError
+        Not finite, of a wrong shape, reversed, a lower bound at which an actuator has ballooned, or an upper one at
+        which it has no stable state and none is known to it below.
+    """
     lower, upper = _per_actuator(limb, "min_pressure", lowest), _per_actuator(limb, "max_pressure", highest)
     reversed_ = np.flatnonzero(lower > upper)
     if reversed_.size:
@@ -360,9 +368,24 @@ def bounds_of(limb: Limb, lowest: Any, highest: Any) -> tuple[Array, Array, tupl
             f"for actuator {number}"
         )
     limited = []
+    states: dict[tuple[Any, float], TubeState] = {}
     for number, tube in enumerate(limb._tubes):
         limit = tube.limit_pressure
-        if limit is None or upper[number] < limit:
+        if limit is None:
+            key = (tube, float(upper[number]))
+            if key not in states:
+                states[key] = tube.inflate(upper[number])
+            state = states[key]
+            if state.success and state.stable:
+                continue
+            # Where the fibres carry the wall, only the search at that pressure finds where it balloons.
+            limit = state.limit_pressure
+            if not limit > 0.0:
+                raise ValueError(
+                    f"max_pressure must be one that the actuators carry, got {upper[number]:.6g} Pa for actuator "
+                    f"{number}: {state.message}"
+                )
+        if upper[number] < limit:
             continue
         # At the limit itself the stiffness is gone.
         upper[number] = (1.0 - _SHORT_OF_LIMIT) * limit

@@ -75,7 +75,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--payload",
         action="store_true",
         help=f"payload in six directions at the scene's pressures (without: half the largest), to a deflection of "
-        f"{_DEFLECTION:.0%} of the length",
+        f"{_DEFLECTION:.0%}% of the length",
     )
     parser.add_argument(
         "--check", type=int, metavar="N", help="ask of N random points of the box whether the tip reaches them"

@@ -23,6 +23,7 @@ from softlimb.arguments import (
     one_not_negative,
     one_of,
     one_positive,
+    one_whole,
     shown,
 )
 from softlimb.design.numbers import LimbNumbers, design_names
@@ -281,7 +282,9 @@ def _payload_slopes(found: LimbPayload, direction: Array) -> Slopes:
 
 @dataclass(frozen=True)
 class Compliance(Criterion):
-    """Mean displacement of the tip by a force on it, over all directions of the force [m/N].
+    """Displacement of the tip along a force on it, by the force, in the mean over all its directions [m/N].
+
+    A third of the trace of the compliance; the displacement across the force does not count.
 
     Parameters
     ----------
@@ -486,8 +489,8 @@ class PressureSet:
     def __post_init__(self) -> None:
         one_positive("max_pressure", self.max_pressure)
         one_positive("fastest", self.fastest)
-        if not isinstance(self.count, int) or self.count < 4:
-            raise ValueError(f"count must be a whole number of at least 4, got {shown(self.count)}")
+        one_whole("count", self.count, 4)
+        one_whole("seed", self.seed, 0)
 
     def rows(self, actuators: int) -> Array:
         """The pressures [Pa], shape (count, actuators)."""
@@ -532,6 +535,10 @@ class _OfWorkspace(Criterion):
     @abstractmethod
     def _of_tips(self, tips: Array, slopes: bool) -> tuple[float, dict[int, Array]]:
         """Value, and where asked for by number of a posture its tip's weights (6,), those that are zero left out."""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.pressures, PressureSet):
+            raise TypeError(f"pressures must be a PressureSet, got {shown(self.pressures)}")
 
     def evaluate(self, limb: Limb, slopes: bool) -> tuple[float, Slopes | None]:
         """Exact: postures that count are solved once more for their derivatives."""
@@ -588,6 +595,7 @@ class WorkspaceBox(_OfWorkspace):
     unit = "m"
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         one_of("axis", self.axis, ("x", "y", "z"))
 
     @property
@@ -700,9 +708,9 @@ class Product(Criterion):
 def _terms(terms: Sequence[tuple[Criterion, float]]) -> tuple[tuple[Criterion, float], ...]:
     checked = []
     for term in terms:
-        criterion, weight = term
-        if not isinstance(criterion, Criterion):
+        if not isinstance(term, Sequence) or len(term) != 2 or not isinstance(term[0], Criterion):
             raise TypeError(f"terms must be pairs of a criterion and a number, got {shown(term)}")
+        criterion, weight = term
         checked.append((criterion, one_finite("weight", weight)))
     if not checked:
         raise ValueError("terms must be at least one, got none")

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softlimb.arguments import finite_of_shape, one_of, one_positive, shown
+from softlimb.arguments import finite_of_shape, one_of, one_positive, one_whole, shown
 from softlimb.design.history import History
 from softlimb.design.optimum import Optimum, optimum_of
 from softlimb.design.problem import Evaluation, Problem
@@ -112,10 +112,10 @@ def optimise(
         raise ValueError(f"start must be within the bounds, got {first.tolist()}")
     if not isinstance(max_evaluations, (int, np.integer)) or isinstance(max_evaluations, bool) or max_evaluations < 1:
         raise ValueError(f"max_evaluations must be a whole number of at least 1, got {shown(max_evaluations)}")
-    tolerance = one_positive("tolerance", tolerance)
+    tolerance, seed = one_positive("tolerance", tolerance), one_whole("seed", seed, 0)
     nlopt = _nlopt()
     search = _Search(problem, History(problem, history), progress, int(max_evaluations))
-    nlopt.srand(int(seed))
+    nlopt.srand(seed)
     opt = nlopt.opt(getattr(nlopt, chosen.nlopt), count)
     if chosen.nlopt.startswith("G_"):
         local = nlopt.opt(nlopt.LD_SLSQP, count)

@@ -58,7 +58,9 @@ class Optimum:
         Every design that was looked at.
     algorithm : str
     success : bool
-        The search ended by itself at a feasible design.
+        The search ended at a feasible design, by itself; for "direct", "crs" and "mlsl", which look everywhere and
+        hardly ever end by themselves, also when the evaluations allowed were used up (`message` says which): no sign
+        then that a better design does not exist.
     message : str
         The end in words.
     """

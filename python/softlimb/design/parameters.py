@@ -101,6 +101,8 @@ class Number:
     upper: float
 
     def __post_init__(self) -> None:
+        if not isinstance(self.label, str):
+            raise TypeError(f"label must be a text, got {type(self.label).__name__}")
         _check_bounds(self)
 
     @property
@@ -149,6 +151,8 @@ class Factor:
     def __post_init__(self) -> None:
         if not isinstance(self.labels, str):
             object.__setattr__(self, "labels", tuple(self.labels))
+        if not self.labels:
+            raise ValueError("labels of a factor must be at least one, got none")
         _check_bounds(self, 0.0)
 
     @property

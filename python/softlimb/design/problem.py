@@ -140,6 +140,8 @@ class Problem:
         also: Sequence[Criterion] = (),
     ) -> None:
         self.numbers = LimbNumbers(limb)
+        if not isinstance(parameters, Sequence):
+            raise TypeError(f"parameters must be a sequence of parameters, got {type(parameters).__name__}")
         self.parameters = tuple(parameters)
         if not self.parameters:
             raise ValueError("parameters must be at least one, got none")

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softlimb.arguments import finite_array, one_of, one_real
+from softlimb.arguments import finite_array, one_finite, one_not_negative, one_of, one_real
 from softlimb.design.criteria import (
     SIX_DIRECTIONS,
     Bending,
@@ -37,7 +37,7 @@ Flexibility = Literal["bending", "workspace", "compliance"]
 FLEXIBILITIES: dict[str, str] = {
     "bending": "mean angle of the tip over the workspace's pressures [rad]",
     "workspace": "volume of the hull of the tip's positions there [m^3]",
-    "compliance": "mean move of the tip by a small force, all directions [m/N]",
+    "compliance": "move of the tip along a small force, mean over its directions [m/N]",
 }
 """What flexibility may mean; the answer depends on it."""
 
@@ -115,10 +115,10 @@ class RatioStudy:
         ValueError
             The weight is not within 0 and 1, or flexibility is none of the three.
         """
-        return float(self._best_of(np.array([_weight(payload_weight)]), kind)[0])
+        return float(self._best_of(np.array([_weight(payload_weight)]), kind)[0][0])
 
-    def _best_of(self, weights: Array, kind: str) -> Array:
-        """The best ratio for each weight, shape (weights,)."""
+    def _best_of(self, weights: Array, kind: str) -> tuple[Array, NDArray[np.bool_]]:
+        """The best ratio for each weight, and whether others on both sides of it are worse, shape (weights,)."""
         logs = np.outer(weights, np.log(self.payload)) + np.outer(1.0 - weights, np.log(self.flexibility(kind)))
         each, k = np.arange(len(weights)), np.argmax(logs, axis=1)
         found: Array = self.ratios[k].copy()
@@ -131,15 +131,23 @@ class RatioStudy:
         slope = left - curvature * before
         falls = curvature < 0.0
         found[each[falls]] -= 0.5 * slope[falls] / curvature[falls]
-        return found
+        return found, inside
 
     def weights_for(self, ratio: float, kind: str = "bending", within: float = 0.05) -> tuple[float, float] | None:
         """Smallest and largest weight of the payload for which the best ratio is within a distance of one; or None.
 
-        Weights are tried in steps of a thousandth.
+        Weights are tried in steps of a thousandth. A best ratio at an end of those studied does not count: farther out
+        there may be a better one.
+
+        Raises
+        ------
+        ValueError
+            Ratio or distance is no finite number, or flexibility is none of the three.
         """
+        ratio, within = one_finite("ratio", ratio), one_not_negative("within", within)
         weights = np.linspace(0.0, 1.0, 1001)
-        found = weights[np.abs(self._best_of(weights, kind) - ratio) <= within]
+        best, inside = self._best_of(weights, kind)
+        found = weights[inside & (np.abs(best - ratio) <= within)]
         return (float(found[0]), float(found[-1])) if found.size else None
 
     def verdict(self, kind: str = "bending") -> str:
@@ -148,9 +156,12 @@ class RatioStudy:
         if not self.ratios[0] <= _STATED_RATIO <= self.ratios[-1]:
             return f"the paper's ratio {_STATED_RATIO:g} is outside the ratios studied"
         weights = self.weights_for(_STATED_RATIO, kind)
-        ends = [self.best(w, kind) for w in (0.0, 0.5, 1.0)]
-        text = f"{self.held} held, flexibility by {kind}: best ratio {ends[1]:.2f} for equal weights"
-        text += f" ({ends[0]:.2f} for flexibility alone, {ends[2]:.2f} for payload alone); "
+        best, inside = self._best_of(np.array([0.0, 0.5, 1.0]), kind)
+        said = [f"{b:.2f}{'' if i else ', an end of the ratios studied,'}" for b, i in zip(best, inside, strict=True)]
+        text = f"{self.held} held, flexibility by {kind}: best ratio {said[1]} for equal weights"
+        text += f" ({said[0]} for flexibility alone, {said[2]} for payload alone); "
+        if weights is None and _STATED_RATIO in (self.ratios[0], self.ratios[-1]):
+            return text + f"{_STATED_RATIO:g} is an end of the ratios studied: whether it is best cannot be told"
         if weights is None:
             return text + f"{_STATED_RATIO:g} does not come out for any weight"
         low, high = weights

@@ -70,7 +70,10 @@ def tip_uncertainty(posture: Posture, fits: Mapping[str, Fit]) -> TipUncertainty
     Raises
     ------
     ValueError
-        No layer has that name, its law has other coefficients than the fit, or an error of the fit is infinite.
+        No layer has that name, its law has other coefficients than the fit, an error of the fit is infinite, or two
+        names stand for one layer.
+    TypeError
+        The posture is none, ``fits`` is no mapping, or one of them is no `Fit`.
     RuntimeError
         As for `Posture.derivative`.
 
@@ -79,6 +82,14 @@ def tip_uncertainty(posture: Posture, fits: Mapping[str, Fit]) -> TipUncertainty
     ``J C J^T``, with J from `Posture.derivative`, at the coefficients of the posture's own laws. The points of one pull
     are not independent, and specimens differ, so that the errors of a single test are too small: so is this.
     """
+    if not isinstance(posture, Posture):
+        raise TypeError(f"posture must be a Posture, got {type(posture).__name__}")
+    if not isinstance(fits, Mapping):
+        raise TypeError(f"fits must be a mapping of layers to fits, got {type(fits).__name__}")
+    for layer in fits:
+        twice = [other for other in fits if str(other).endswith(f".{layer}")]
+        if twice:
+            raise ValueError(f"fits names one layer twice: {shown(layer)} holds {shown(twice[0])} already")
     if not fits:
         raise ValueError("fits must name at least one layer")
     columns: dict[int, Array] = {}

@@ -133,7 +133,11 @@ class DrivenLimb:
         ValueError
             A segment has rods instead of tubes, or its actuators do not stand along z, at the same places of both
             plates.
+        TypeError
+            The limb is none.
         """
+        if not isinstance(limb, Limb):
+            raise TypeError(f"limb must be a Limb, got {type(limb).__name__}")
         segments = []
         for segment in limb.segments:
             if not segment.actuators:

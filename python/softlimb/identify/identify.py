@@ -96,6 +96,8 @@ def identify(
     known: Any = DrivenLimb.of(model) if isinstance(model, Limb) else model
     if not isinstance(known, (Tube, ScaledTube, EmpiricalActuator, DrivenLimb)):
         raise TypeError(f"model must be an actuator or a limb, got {type(model).__name__}")
+    if bounds is not None and not isinstance(bounds, Mapping):
+        raise TypeError(f"bounds must be a mapping of names to two numbers, got {type(bounds).__name__}")
     given = observations(data)
     for one in given:
         if isinstance(one, ActuatorCurve) is isinstance(known, DrivenLimb):

@@ -35,6 +35,8 @@ _MOST_STEPS = 100
 # Steps after which the search no longer goes along what the data cannot see: such valleys are bent and without end.
 _PATIENCE = 30
 _MOST_SCALES = 30  # rounds of reweighting; each halves the scale's change or better
+# Of the largest singular value: no step goes along what is smaller while it does not show above the residuals.
+_HARDLY_SEEN = 1e-4
 _NUMERICAL_RANK = 1e-9  # of the largest singular value: what is smaller is rounding of model and derivatives
 # Share of the residual along the slopes at which the search ends; and at which it ends where a step brings no gain,
 # because what is left is the rounding of the model.
@@ -88,7 +90,8 @@ class Identified:
     names : tuple of str
         Of the k parameters.
     estimates : array, shape (k,)
-        A parameter that the data do not determine stays near where the search began, which says nothing.
+        Those of an unidentifiable direction say nothing. Where it moves the data 1e-4 times as much as the best seen
+        direction or less, they stay near where the search began; else they may go as far as the noise takes them.
     covariance : array, shape (k, k)
         To first order, of independent errors; infinite along what the data cannot see at all.
     residuals : array, shape (n,)
@@ -240,7 +243,14 @@ class Identified:
             for (name, value), (low, high) in zip(self.values.items(), intervals.values(), strict=True)
         ]
         lines.append(f"outcome: {self.status}; {int(self.used.sum())} numbers used, {int((~self.used).sum())} held out")
-        lines += [f"not identifiable from these data: {what}" for what in self.unidentifiable]
+        blind = len(self.names) - len(self.unidentifiable)
+        lines += [
+            f"not identifiable from these data: {what}: a change as large as the scale moves them by {shown_by:.2g} "
+            "standard deviations of the noise"
+            for what, shown_by in zip(self.unidentifiable, self.singular_values[blind:], strict=True)
+        ]
+        if not self.success:
+            lines.append(f"not identifiable: the search did not converge ({self.status})")
         if self.curved:
             lines.append(f"the model bends within the interval of {', '.join(self.curved)}: use its profile")
         lines += [f"at its bound: {name}" for name in self.at_bound]
@@ -336,9 +346,10 @@ def _descend(problem: _Problem, start: Array, size: float, held: int | None = No
         unit = np.where(norms > 0.0, norms, 1.0) if patient else np.ones(count)
         left, singular, right = np.linalg.svd((columns / unit)[:, free], full_matrices=False)
         seen = singular > _NUMERICAL_RANK * singular.max(initial=0.0)
-        if not patient:
-            freedom = max(residual.size - count, 1)
-            seen &= singular > (1.0 if problem.noise == "given" else np.linalg.norm(weighted) / np.sqrt(freedom))
+        freedom = max(residual.size - count, 1)
+        noise = 1.0 if problem.noise == "given" else float(np.linalg.norm(weighted)) / np.sqrt(freedom)
+        shows = singular > noise * np.linalg.norm(right / unit[free], axis=1)  # a change as large as the scale
+        seen &= shows | (patient & (singular > _HARDLY_SEEN * singular.max(initial=0.0)))
         along = left[:, seen].T @ weighted
         share = float(np.linalg.norm(along) / max(np.linalg.norm(weighted), np.finfo(float).tiny))
         if share <= _FLAT or cost <= floor:

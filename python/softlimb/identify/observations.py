@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softlimb.arguments import finite_array, finite_of_shape, one_of, one_positive, shown
+from softlimb.arguments import finite_array, finite_of_shape, one_of, one_positive, one_whole, shown
 from softlimb.identify.actuators import Actuator, twist_and_slopes
 from softlimb.identify.driven import DrivenLimb, Moves
 from softlimb.limb import _require_pose
@@ -304,7 +304,7 @@ class Points(_OfLimb):
         if (self.plates is None) == (self.at is None):
             raise ValueError("points are on plates or on the centreline: give exactly one of plates and at")
         if self.plates is not None:
-            object.__setattr__(self, "plates", tuple(int(plate) for plate in self.plates))
+            object.__setattr__(self, "plates", tuple(one_whole("plates", plate, -1) for plate in self.plates))
             count = len(self.plates)
         else:
             shares = finite_array("at", self.at if self.at is not None else [])

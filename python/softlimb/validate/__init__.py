@@ -50,5 +50,7 @@ def validate(name: str, folder: str | PathLike[str]) -> Validation:
         The name is unknown, or a file has a missing column, a cell that is no finite number, or too few rows.
     """
     one_of("name", name, tuple(DATASETS))
+    if not isinstance(folder, str | PathLike):
+        raise TypeError(f"folder must be a path, got {type(folder).__name__}")
     run: Callable[[Path], Validation] = import_module(f"softlimb.validate.{DATASETS[name].module}").validate
     return run(Path(folder))

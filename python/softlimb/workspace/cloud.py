@@ -196,7 +196,7 @@ class Workspace:
     def message(self) -> str:
         """Which rows count and which do not, in words."""
         parts = [f"{len(self.rows)} of {len(self.batch)} postures count"]
-        if not self.volume.dense:
+        if len(self.rows) and not self.volume.dense:
             parts.append("they are too few for their volume: it misses more than its error says")
         if self.failed:
             row, reason = next((row, text) for row, text in self.batch.failures.items() if text != NOT_RUN)
@@ -212,6 +212,8 @@ class Workspace:
             parts.append(f"{near} have tubes nearer than {self.min_clearance / mm:.4g} mm")
         if self.touching:
             parts.append(f"tubes touch in {self.touching} of those that count: contact is not in the model")
+        if not len(self.rows):
+            parts.append("an empty workspace has no size")
         return "; ".join(parts)
 
     @cached_property
@@ -306,7 +308,7 @@ class Workspace:
 
     @cached_property
     def hull_volume(self) -> float:
-        """Volume of the convex hull of all tips [m^3]; zero for a flat cloud.
+        """Volume of the convex hull of all tips [m^3]; zero for a flat cloud, NaN where no row counts.
 
         It counts hollows and notches as full, and grows with every posture that lies farther out.
 
@@ -315,6 +317,8 @@ class Workspace:
         ModuleNotFoundError
             scipy is missing: install ``softlimb[workspace]``.
         """
+        if not len(self.rows):
+            return float("nan")
         hull = convex_hull(self.positions)
         return 0.0 if hull is None else float(hull.volume)
 
@@ -403,9 +407,11 @@ class Workspace:
         Raises
         ------
         ValueError
-            The axis is none of the three, or a length is not finite and positive.
+            The axis is none of the three, a length is not finite and positive, or no row counts.
         """
         one_of("axis", axis, ("x", "y", "z"))
+        if not len(self.rows):
+            raise ValueError(f"an empty workspace has no slice: {self.message}")
         normal = "xyz".index(axis)
         middle = float(self.box[:, normal].mean()) if at is None else one_finite("at", at)
         thick = _SLICE * float(self.extents[normal]) if thickness is None else thickness
@@ -502,6 +508,11 @@ def workspace(
     options: dict[str, Any] = {"threads": threads, "executor": executor, "progress": progress, **scene}
 
     explored = int(share * total)
+    if sampling == "grid" and total - explored < 2 ** len(lower):
+        raise ValueError(
+            f"samples must be at least {2 ** len(lower)} for a grid of two pressures in each of {len(lower)} "
+            f"actuators, got {total}, of which explore={share:g} leaves {total - explored} to the grid"
+        )
     pressures = pressure_samples(lower, upper, total - explored, sampling=sampling, seed=seed, at_bounds=at_bounds)
     batch = sweep(limb, pressures, file=path, **options)
     for number, rows in enumerate(np.array_split(np.arange(explored), _ROUNDS), start=1):

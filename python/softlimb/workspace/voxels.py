@@ -95,14 +95,19 @@ class Occupancy:
         return self.once <= _HIT_ONCE * self.occupied
 
     @property
+    def _no_volume(self) -> float:
+        """NaN of no points in space, of which nothing is known; a plane without points may cross a cloud's outside."""
+        return float("nan") if not self.points and self.dimensions == 3 else 0.0
+
+    @property
     def lower(self) -> float:
         """Cells inside the cloud alone [m^3 or m^2]."""
-        return float(self.inside * self.cell**self.dimensions)
+        return self._no_volume or float(self.inside * self.cell**self.dimensions)
 
     @property
     def upper(self) -> float:
         """All occupied cells and those estimated unseen [m^3 or m^2]."""
-        return float((self.occupied + self.unseen) * self.cell**self.dimensions)
+        return self._no_volume or float((self.occupied + self.unseen) * self.cell**self.dimensions)
 
     @property
     def size(self) -> float:
