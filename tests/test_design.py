@@ -444,6 +444,14 @@ def test_a_file_of_another_problem_or_of_none_is_refused_and_stays(limb: sl.Limb
         (lambda limb: design.optimise(bowl_problem(limb), max_evaluations=0), "max_evaluations"),
         (lambda limb: design.optimise(bowl_problem(limb), tolerance=0.0), "tolerance"),
         (lambda limb: bowl_problem(limb).evaluate([1.0]), "values has shape"),
+        *(
+            (lambda limb, one=one: design.Problem(limb, [design.RadiusRatio()], one), text)
+            for one, text in (
+                (design.Payload([1e4] * 4, 0.01), "pressures of smallest payload of 6 directions must be 9, one an"),
+                (design.RingGap(7), "segment of a ring gap must be below 3, got 7"),
+                (design.WeightedSum([(design.RingGap(7), 1.0)]), "segment of a ring gap must be below 3, got 7"),
+            )
+        ),
         (lambda limb: design.optimise(bowl_problem(limb), seed="a"), "seed must be a whole number"),
         (lambda limb: design.Factor([], 0.5, 1.0), "labels of a factor must be at least one"),
         (lambda limb: design.PressureSet(60 * kPa, seed=-1), "seed must be a whole number"),

@@ -446,6 +446,8 @@ def test_what_is_of_another_type_is_refused_by_name() -> None:
     curve = ActuatorCurve([1e4] * 9, twist=[0.0] * 9)
     with pytest.raises(TypeError, match="bounds must be a mapping"):
         identify(proximal(), curve, ["length"], bounds=[(0.0, 1.0)])  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="data must be a measurement or a sequence of them, got NoneType"):
+        identify(proximal(), None, ["length"])  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="limb must be a Limb, got str"):
         DrivenLimb.of("a")  # type: ignore[arg-type]
 

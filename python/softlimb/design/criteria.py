@@ -96,6 +96,16 @@ class Criterion(ABC):
             The limb has no such number.
         """
 
+    def require(self, limb: Limb) -> None:
+        """ValueError where no design of this limb could have the number: that is a mistake and no failed design."""
+        pressures = getattr(self, "pressures", None)
+        if pressures is None or isinstance(pressures, PressureSet):
+            return
+        for row in pressures if isinstance(self, Clearance) and np.ndim(pressures) == 2 else [pressures]:
+            given, wanted = len(joined("pressures", row).ravel()), len(limb._tubes)
+            if given != wanted:
+                raise ValueError(f"pressures of {self.name} must be {wanted}, one an actuator, got {given}")
+
     def value(self, limb: Limb) -> float:
         """The number alone; errors as for `evaluate`."""
         return self.evaluate(limb, False)[0]
@@ -184,6 +194,11 @@ class RingGap(Criterion):
     def name(self) -> str:
         """With the segment's number."""
         return f"ring gap of segment {self.segment}"
+
+    def require(self, limb: Limb) -> None:
+        """The limb has the segment."""
+        if one_whole("segment", self.segment, 0) >= len(limb):
+            raise ValueError(f"segment of a ring gap must be below {len(limb)}, got {self.segment}")
 
     def evaluate(self, limb: Limb, slopes: bool) -> tuple[float, Slopes | None]:
         """Exact."""
@@ -665,6 +680,10 @@ class WeightedSum(Criterion):
         """With its terms."""
         return " + ".join(f"{weight:g} {criterion.name}" for criterion, weight in self.terms)
 
+    def require(self, limb: Limb) -> None:
+        """As each term requires."""
+        _require_terms(self.terms, limb)
+
     def evaluate(self, limb: Limb, slopes: bool) -> tuple[float, Slopes | None]:
         """Exact where all terms are."""
         found = [(weight, criterion.evaluate(limb, slopes)) for criterion, weight in self.terms]
@@ -694,6 +713,10 @@ class Product(Criterion):
         """With its terms."""
         return " x ".join(f"({criterion.name})^{power:g}" for criterion, power in self.terms)
 
+    def require(self, limb: Limb) -> None:
+        """As each term requires."""
+        _require_terms(self.terms, limb)
+
     def evaluate(self, limb: Limb, slopes: bool) -> tuple[float, Slopes | None]:
         """Exact where all terms are."""
         found = [(power, criterion, criterion.evaluate(limb, slopes)) for criterion, power in self.terms]
@@ -703,6 +726,11 @@ class Product(Criterion):
         product = float(np.prod([value**power for power, _, (value, _) in found]))
         parts = [(product * power / value, each) for power, _, (value, each) in found if each is not None]
         return product, _added(parts) if slopes and len(parts) == len(found) else None
+
+
+def _require_terms(terms: Sequence[tuple[Criterion, float]], limb: Limb) -> None:
+    for criterion, _ in terms:
+        criterion.require(limb)
 
 
 def _terms(terms: Sequence[tuple[Criterion, float]]) -> tuple[tuple[Criterion, float], ...]:

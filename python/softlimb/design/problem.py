@@ -125,7 +125,7 @@ class Problem:
     Raises
     ------
     ValueError
-        No parameters, two of one name, or a parameter of something that the limb does not have.
+        No parameters, two of one name, or a parameter or criterion of something that the limb does not have.
     TypeError
         A parameter, criterion or constraint is none.
     """
@@ -160,6 +160,8 @@ class Problem:
         names = [parameter.name for parameter in self.parameters]
         if len(set(names)) != len(names):
             raise ValueError(f"parameters must have different names, got {', '.join(names)}")
+        for criterion in (*self.criteria, *self.also):
+            criterion.require(limb)
         # Labels that the limb does not have are mistakes of the caller and no failed designs.
         at_values(self.numbers, self.parameters, self.start)
 

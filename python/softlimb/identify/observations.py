@@ -438,6 +438,8 @@ def observations(data: Observation | Sequence[Observation]) -> tuple[Observation
     TypeError, ValueError
         Something else, or none.
     """
+    if not isinstance(data, (ActuatorCurve, _OfLimb, Sequence)):
+        raise TypeError(f"data must be a measurement or a sequence of them, got {type(data).__name__}")
     given = (data,) if isinstance(data, (ActuatorCurve, _OfLimb)) else tuple(data)
     for one in given:
         if not isinstance(one, (ActuatorCurve, LimbCurve, Points, TipPoses)):
