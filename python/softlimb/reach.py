@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, Literal
 
 import numpy as np
@@ -13,7 +13,7 @@ from softlimb import _core
 from softlimb.arguments import finite_of_shape, one_finite, shown
 from softlimb.limb import Limb, _flat, _require_pose, _tolerance
 from softlimb.posture import Posture
-from softlimb.tube import SectionModel, TubeState, Valve
+from softlimb.tube import SectionModel, Tube, TubeState, Valve
 from softlimb.units import deg, kPa, mm
 
 __all__ = ["Reach", "ReachError", "bounds_of", "reach", "target_of"]
@@ -350,6 +350,12 @@ def _per_actuator(limb: Limb, name: str, value: Any) -> Array:
     return _flat(name, value, limb._counts, "actuators")
 
 
+@lru_cache(maxsize=64)
+def _state_at(tube: Tube, pressure: float) -> TubeState:
+    """Kept: the targets of a path share their bounds."""
+    return tube.inflate(pressure)
+
+
 def bounds_of(limb: Limb, lowest: Any, highest: Any) -> tuple[Array, Array, tuple[int, ...]]:
     """Bounds of the pressures, and the actuators that carry less than was allowed.
 
@@ -368,14 +374,10 @@ def bounds_of(limb: Limb, lowest: Any, highest: Any) -> tuple[Array, Array, tupl
             f"for actuator {number}"
         )
     limited = []
-    states: dict[tuple[Any, float], TubeState] = {}
     for number, tube in enumerate(limb._tubes):
         limit = tube.limit_pressure
         if limit is None:
-            key = (tube, float(upper[number]))
-            if key not in states:
-                states[key] = tube.inflate(upper[number])
-            state = states[key]
+            state = _state_at(tube, float(upper[number]))
             if state.success and state.stable:
                 continue
             # Where the fibres carry the wall, only the search at that pressure finds where it balloons.
