@@ -16,6 +16,7 @@ import softlimb as sl
 from frames import pose, turn
 from softlimb import presets
 from softlimb.paper_reach import PaperReach
+from softlimb.reach import ReachError
 from softlimb.units import deg, kPa, mm
 
 Array = NDArray[np.float64]
@@ -320,6 +321,19 @@ def test_where_the_papers_algorithm_fails_the_nearest_posture_of_the_search_is_t
     assert f"misses by {1e3 * nearest.error.position:.4g} mm" in found.message
     assert ((found.pressures >= 0.0) & (found.pressures <= 30 * kPa)).all() and found.active
     assert found.lengths.shape == (9,) and found.residual > 1e-6
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_miss_is_said_in_numbers_that_can_be_read(limb: sl.Limb) -> None:
+    far = limb.reach(position=(1e300, 1e300, 0.0), max_pressure=HIGHEST)
+    assert np.isfinite(far.error.position) and np.isfinite(far.error.relative)
+    assert "misses by 1.414e+300 m;" in far.message and "%" not in far.message
+    for error, words in (
+        (ReachError(1.09, None, 1.09 / 0.65), "1090 mm (167.69% of 650 mm)"),
+        (ReachError(1.549e-5, 0.0, 2.4e-5), "0.01549 mm and 0 deg"),
+        (ReachError(12.5, None, 19.0), "12.5 m"),
+    ):
+        assert error.in_words(0.65) == words
 
 
 def test_actuators_without_a_state_are_named(limb: sl.Limb) -> None:
