@@ -264,3 +264,28 @@ def test_a_target_reached_or_missed_lies_in_both_views_at_one_scale(place, tmp_p
     assert_allclose(scales, scales[0], rtol=1e-9)
     title = figure.get_suptitle()
     assert ("reached" in title) == found.reached and ("missed" in title) != found.reached
+
+
+def test_a_target_s_cross_has_room_on_paper() -> None:
+    limb = scenes.load_scene("bend-1").limb
+    found = limb.reach(position=(0.1, 0.05, 0.72), max_pressure=100 * kPa, gravity=(0.0, 0.0, 9.81))
+    figure = plot.reach(found)
+    figure.draw_without_rendering()
+    for axis, ax in enumerate(figure.axes[:2]):
+        cross = ax.transData.transform(1e3 * found.target[[axis, 2], 3])
+        box = ax.get_window_extent()
+        room = min(*(cross - box.p0), *(box.p1 - cross)) / figure.dpi * 72.0  # points
+        assert room > 5.0  # half of the cross, 8 points wide, and its line
+
+
+@pytest.mark.parametrize("place", [(1e6, 0.0, 0.0), (0.0, 10.0, 0.0), (1e300, 1e300, 0.0)])
+def test_a_far_target_is_an_arrow_in_the_limbs_own_view(place, tmp_path: Path) -> None:
+    found = reference_limb().reach(position=place, max_pressure=60 * kPa, gravity=(0.0, 0.0, 9.81))
+    figure = plot.reach(found)
+    figure.savefig(tmp_path / "reach.png")
+    for ax in figure.axes[:2]:
+        assert np.ptp(ax.get_xlim()) < 2e3 and np.ptp(ax.get_ylim()) < 2e3  # [mm], of a limb of 650
+        assert 1 < len(ax.get_xticks()) < 12
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    distance = f"{np.hypot(*place[:2]):.4g} m" if place[1] != 10.0 else "m"
+    assert any(name.startswith("to the target, ") and distance in name for name in names)

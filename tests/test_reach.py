@@ -16,6 +16,7 @@ import softlimb as sl
 from frames import pose, turn
 from softlimb import presets
 from softlimb.paper_reach import PaperReach
+from softlimb.reach import ReachError
 from softlimb.units import deg, kPa, mm
 
 Array = NDArray[np.float64]
@@ -325,6 +326,19 @@ def test_where_the_papers_algorithm_fails_the_nearest_posture_of_the_search_is_t
 def test_bounds_beyond_what_an_actuator_carries_are_refused(limb: sl.Limb) -> None:
     with pytest.raises(ValueError, match="min_pressure must be below what the actuator carries, got 9e\\+06 Pa"):
         limb.reach(position=(0.1, 0.0, 0.72), min_pressure=9e6, max_pressure=1e7, gravity=(0, 0, 9.81))
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_miss_is_said_in_numbers_that_can_be_read(limb: sl.Limb) -> None:
+    far = limb.reach(position=(1e300, 1e300, 0.0), max_pressure=HIGHEST)
+    assert np.isfinite(far.error.position) and np.isfinite(far.error.relative)
+    assert "misses by 1.414e+300 m;" in far.message and "%" not in far.message
+    for error, words in (
+        (ReachError(1.09, None, 1.09 / 0.65), "1090 mm (167.69% of 650 mm)"),
+        (ReachError(1.549e-5, 0.0, 2.4e-5), "0.01549 mm and 0 deg"),
+        (ReachError(12.5, None, 19.0), "12.5 m"),
+    ):
+        assert error.in_words(0.65) == words
 
 
 @pytest.mark.parametrize(

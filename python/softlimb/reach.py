@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any, Literal
@@ -53,6 +54,18 @@ class ReachError:
     position: float
     rotation: float | None
     relative: float
+
+    def in_words(self, length: float) -> str:
+        """Distance, its share of the limb's length [m] where that has digits, and angle."""
+        said = distance_in_words(self.position)
+        if 1e-4 <= self.relative < 10.0:  # with two decimals
+            said += f" ({self.relative:.2%} of {distance_in_words(length)})"
+        return said if self.rotation is None else f"{said} and {self.rotation / deg:.4g} deg"
+
+
+def distance_in_words(distance: float) -> str:
+    """In mm, and in m from where four digits of mm would need an exponent."""
+    return f"{distance / mm:.4g} mm" if distance < 9.999 else f"{distance:.4g} m"
 
 
 class Reach:
@@ -166,7 +179,7 @@ class Reach:
     def error(self) -> ReachError:
         """How far the tip is from the target."""
         counted = np.where(self.weights > 0.0, self.gap, 0.0)
-        position = float(np.linalg.norm(counted[:3]))
+        position = math.hypot(*counted[:3].tolist())  # squares of a far target overflow
         rotation = float(np.linalg.norm(counted[3:])) if self.weights[3:].any() else None
         return ReachError(position, rotation, position / self.posture.limb.length)
 
@@ -183,9 +196,7 @@ class Reach:
 
     @property
     def _miss(self) -> str:
-        error = self.error
-        miss = f"{error.position / mm:.4g} mm ({error.relative:.2%} of {self.posture.limb.length / mm:.4g} mm)"
-        return miss if error.rotation is None else f"{miss} and {error.rotation / deg:.4g} deg"
+        return self.error.in_words(self.posture.limb.length)
 
     @property
     def _refusal(self) -> str:
@@ -225,7 +236,7 @@ class Reach:
 
     def __repr__(self) -> str:
         values = " ".join(f"{pressure / kPa:.4g}" for pressure in self.pressures)
-        outcome = "reached" if self.reached else f"missed by {self.error.position / mm:.4g} mm"
+        outcome = "reached" if self.reached else f"missed by {distance_in_words(self.error.position)}"
         return f"Reach({outcome}, pressures {values} kPa)"
 
 

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from softlimb.plot import style
 from softlimb.plot.limb import hull, outline_of_tip, side_view, ticks
-from softlimb.units import deg, kPa, mm
+from softlimb.reach import distance_in_words
+from softlimb.units import kPa, mm
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +24,10 @@ _WIDTH, _HEIGHT = 180.0, 100.0  # of the figure [mm]
 _BOTTOM, _TALL = 0.14, 0.68  # of all axes, as parts of the height; above them the outcome and the legend
 _VIEWS, _BARS = (0.075, 0.56), (0.735, 0.25)  # where they start, and how wide they may be, as parts of the width
 _GAP = 0.075
-_MARGIN = 0.06  # around a target outside the limb, of the picture's longer side
+_MARGIN = 3.0  # around a target outside the limb [mm on paper]: half its cross and some air
+_FAR = 3.0  # times the limb's length: at the scale of a target farther away the limb would be a speck
+_ARROW = 0.4  # of the limb's length, towards a far target
+_SHORTEST_ARROW = 0.06  # of the limb's length: seen shorter than that it would be all head
 
 
 def reach(found: Reach) -> Figure:
@@ -40,8 +44,9 @@ def reach(found: Reach) -> Figure:
     Notes
     -----
     Lengths in mm, equal on both axes and in both views. A target position is a cross, a target pose the outline of the
-    tip's plate as well; a line leads from the tip to a target that was missed. A limb that gravity pulls along +z is
-    drawn hanging.
+    tip's plate as well; a line leads from the tip to a target that was missed. One that was missed by more than three
+    lengths of the limb is an arrow from the tip towards it (in the view along it a dot), and its distance is in the
+    legend. A limb that gravity pulls along +z is drawn hanging.
     """
     figure = style.new_figure(_WIDTH, _HEIGHT, constrained=False)
     posture = found.posture
@@ -61,17 +66,34 @@ def reach(found: Reach) -> Figure:
 
 
 def _outcome(found: Reach) -> str:
-    error = found.error
     if found.reached:
         return "target reached"
-    angle = "" if error.rotation is None else f" and {error.rotation / deg:.3g} deg"
-    length = found.posture.limb.length
-    return f"target missed by {error.position / mm:.3g} mm ({error.relative:.2%} of {length / mm:.4g} mm){angle}"
+    return f"target missed by {found.error.in_words(found.posture.limb.length)}"
+
+
+def _shown_target(found: Reach) -> tuple[Array, bool]:
+    """Where the target is drawn, shape (3,) [m], and whether it is too far away to be drawn at its place."""
+    place, tip = found.target[:3, 3], found.posture.tip[:3, 3]
+    if found.error.relative <= _FAR:
+        return place, False
+    way = (place - tip) / np.abs(place - tip).max()  # squares of what is very far overflow
+    return tip + _ARROW * found.posture.limb.length * way / np.linalg.norm(way), True
 
 
 def _draw_target(found: Reach, ax: Axes, axis: int) -> None:
     shown = [axis, 2]
-    place, tip = found.target[shown, 3] / mm, found.posture.tip[shown, 3] / mm
+    where, far = _shown_target(found)
+    place, tip = where[shown] / mm, found.posture.tip[shown, 3] / mm
+    if far:
+        colour, ends = style.LOAD_COLOUR, (tuple(place), tuple(tip))
+        name = f"to the target, {distance_in_words(found.error.position)} away"
+        ax.plot(*np.stack([tip, place]).T, color=colour, linewidth=1.6, zorder=7, label=name)
+        if np.linalg.norm(place - tip) * mm > _SHORTEST_ARROW * found.posture.limb.length:
+            head = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.6, "shrinkA": 0.0, "shrinkB": 0.0}
+            ax.annotate("", *ends, zorder=7, arrowprops=head)
+        else:
+            ax.plot(*tip, color=colour, marker="o", markersize=5.0, zorder=7)
+        return
     if found.weights[3:].any():
         outline = hull(outline_of_tip(found.posture, found.target)[:, shown]) / mm
         ax.fill(
@@ -101,23 +123,20 @@ def _draw_target(found: Reach, ax: Axes, axis: int) -> None:
 
 def _place(views: list[Axes], found: Reach) -> None:
     """Both views on one scale, wide enough for the target, side by side."""
-    bounds = []
-    for axis, ax in enumerate(views):
-        low_high = []
-        for limits, place in (
-            (sorted(ax.get_xlim()), found.target[axis, 3] / mm),
-            (sorted(ax.get_ylim()), found.target[2, 3] / mm),
-        ):
-            margin = _MARGIN * max(np.ptp(limits), abs(place - np.mean(limits)))
-            low_high.append((min(limits[0], place - margin), max(limits[1], place + margin)))
-        bounds.append(low_high)
-    vertical = (min(b[1][0] for b in bounds), max(b[1][1] for b in bounds))
-    widths = [b[0][1] - b[0][0] for b in bounds]
+    target = _shown_target(found)[0] / mm
+    limits = [(*sorted(ax.get_xlim()), target[axis]) for axis, ax in enumerate(views)]
+    limits += [(*sorted(ax.get_ylim()), target[2]) for ax in views]
     room = (_VIEWS[1] - _GAP) * _WIDTH, _TALL * _HEIGHT
-    scale = min(room[0] / sum(widths), room[1] / (vertical[1] - vertical[0]))  # mm of paper per mm
+    margin = 0.0
+    for _ in range(2):  # the margin on paper is known once the scale is, which it changes little
+        bounds = [(min(low, place - margin), max(high, place + margin)) for low, high, place in limits]
+        vertical = (min(low for low, _ in bounds[2:]), max(high for _, high in bounds[2:]))
+        widths = [high - low for low, high in bounds[:2]]
+        scale = min(room[0] / sum(widths), room[1] / (vertical[1] - vertical[0]))  # mm of paper per mm
+        margin = _MARGIN / scale
     left = _VIEWS[0] + 0.4 * (room[0] - scale * sum(widths)) / _WIDTH
     tall = scale * (vertical[1] - vertical[0]) / _HEIGHT
-    for ax, (across, _), width in zip(views, bounds, widths, strict=True):
+    for ax, across, width in zip(views, bounds[:2], widths, strict=True):
         hangs = ax.yaxis_inverted()
         ax.set_aspect("auto")
         ax.set_position((left, _BOTTOM + _TALL - tall, scale * width / _WIDTH, tall))
