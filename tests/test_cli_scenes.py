@@ -200,7 +200,7 @@ def test_sweeps_and_measured_tips_have_the_same_columns(tmp_path: Path, capsys) 
         (["posture", "nowhere.toml"], "there is no file nowhere.toml"),
         (["posture", "complex-posture", "--pressures-kPa", "1"], "--pressures-kPa has 1 numbers"),
         (["posture", "complex-posture", "--pressures-kPa", *["nan"] * 9], "--pressures-kPa must be finite"),
-        (["posture", "complex-posture", "--tolerance", "0"], "--tolerance must be within (0, 1)"),
+        (["posture", "complex-posture", "--tolerance", "0"], "--tolerance must be within 1e-12 and 0.1"),
         (["posture", "complex-posture", "--output", "nowhere/at/all.png"], "nowhere/at/all.png"),
         (["sweep", "bend-1", "--threads", "0"], "threads must be a whole number of at least 1"),
         (["sweep", "bend-1", "--threads", "1.5"], "--threads: invalid int value: '1.5'"),

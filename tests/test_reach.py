@@ -381,7 +381,8 @@ MISTAKES: list[tuple[dict[str, Any], str]] = [
     ({"position": (0, 0, 0.7), "max_pressure": np.inf}, "max_pressure must be finite"),
     ({"position": (0, 0, 0.7), "max_pressure": [80e3] * 4}, "max_pressure has shape"),
     ({"position": (0, 0, 0.7), "prefer": [1e3] * 4}, "prefer has shape"),
-    ({"position": (0, 0, 0.7), "tolerance": 1e-10}, "tolerance of a reach"),
+    ({"position": (0, 0, 0.7), "tolerance": 1e-10}, "tolerance must be within 1e-09 and 0.1"),
+    ({"position": (0, 0, 0.7), "tolerance": 0.0}, "tolerance must be within 1e-09 and 0.1"),
     ({"position": (0, 0, 0.7), "gravity": (0, 0, np.nan)}, "gravity must be finite"),
     ({"position": (0, 0, 0.7), "section": "stiff"}, "section must be one of"),
 ]
@@ -399,6 +400,11 @@ def test_a_mistake_is_named(limb: sl.Limb, given: dict[str, Any], message: str) 
 def test_what_does_not_apply_is_refused(limb: sl.Limb, given: dict[str, Any]) -> None:
     with pytest.raises(TypeError):
         limb.reach(position=(0, 0, 0.7), max_pressure=HIGHEST, **given)
+
+
+def test_an_unknown_argument_is_answered_by_those_that_apply(limb: sl.Limb) -> None:
+    with pytest.raises(TypeError, match=r"'foo' is no load of a reach: expected .*gravity(?!.*(prefer|lengths))"):
+        limb.reach(position=(0, 0, 0.7), max_pressure=HIGHEST, foo=1)
 
 
 def test_a_start_of_another_limb_or_without_pressures_is_refused(limb: sl.Limb) -> None:

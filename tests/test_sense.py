@@ -249,6 +249,7 @@ REFUSED: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({**SOUND, "largest_force": 0.0}, ValueError, "largest_force must be finite"),
     ({**SOUND, "unknown": "moment"}, ValueError, "unknown must be one of"),
     ({**SOUND, "prefer_stable": False}, TypeError, "prefer_stable does not apply"),
+    ({**SOUND, "foo": 1}, TypeError, r"'foo' is no load where a force is sensed: expected one of (?!.*(held|prefer))"),
     ({**SOUND, "gravity": (0, 0)}, ValueError, "gravity has shape"),
 ]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -298,6 +298,15 @@ def names_of_design(limb: Limb) -> tuple[str, ...]:
     return tuple(name for name in (*_MEMBER, *_SEGMENT) if _columns_of(limb, name, "segment"))
 
 
+def _names(name: str, value: Any) -> tuple[Any, ...]:
+    """One name or several, as a tuple."""
+    if isinstance(value, str):
+        return (value,)
+    if isinstance(value, bytes) or not isinstance(value, Iterable):
+        raise ValueError(f"{name} must be a name or a sequence of names, got {shown(value)}")
+    return tuple(value)
+
+
 def columns(limb: Limb, to: str | Sequence[str], each: Each) -> _Made:
     """The parameters that names stand for; kept with the limb.
 
@@ -307,7 +316,7 @@ def columns(limb: Limb, to: str | Sequence[str], each: Each) -> _Made:
         A name is unknown, given twice, or no part of the limb has it; ``each`` is unknown.
     """
     one_of("each", each, ("actuator", "segment", "limb"))
-    names = (to,) if isinstance(to, str) else tuple(to)
+    names = _names("to", to)
     kept: dict[Any, _Made] = limb.__dict__.setdefault("_derivative_columns", {})
     if (names, each) in kept:
         return kept[names, each]
@@ -412,7 +421,15 @@ def _matrix(posture: Posture, answers: _Answers, to: _Made) -> Array:
         bounds[-1] = 0.0  # the tip's plate is beyond the centreline
         found = found + answers.sliding @ np.cumsum(bounds, axis=0)
     if answers.energy is not None:
-        found = found + np.outer(answers.energy, _core.potential_energy_slopes(posture._solved, to.core, made))
+        try:
+            slopes = _core.potential_energy_slopes(posture._solved, to.core, made)
+        except RuntimeError as error:
+            posture.energy  # noqa: B018  (raises where the posture's own loads are the reason)
+            raise RuntimeError(
+                "to names a load that has no potential (as a moment on a plate that may turn), so the energy "
+                f"has no derivative to it, among {', '.join(dict.fromkeys(to.labels.column_names))}"
+            ) from error
+        found = found + np.outer(answers.energy, slopes)
     return found
 
 
@@ -426,7 +443,7 @@ def derivative(
     posture: Posture, of: str | Sequence[str], to: str | Sequence[str], each: Each, shares: Array
 ) -> Derivative:
     """As `Posture.derivative`."""
-    asked = (of,) if isinstance(of, str) else tuple(of)
+    asked = _names("of", of)
     for name in asked:
         one_of("of", name, ("tip", "plates", "centreline", "energy"))
     if not asked or len(set(asked)) != len(asked):

@@ -1233,10 +1233,10 @@ def _tuple(name: str, value: Any) -> tuple[Any, ...]:
         raise TypeError(f"{name} must be a sequence, got {type(value).__name__}") from None
 
 
-def _tolerance(value: float) -> float:
+def _tolerance(value: float, least: float = 1e-12) -> float:
     tolerance = one_real("tolerance", value)
-    if not 1e-12 <= tolerance <= 0.1:
-        raise ValueError(f"tolerance must be within 1e-12 and 0.1 of the limb's length, got {tolerance!r}")
+    if not least <= tolerance <= 0.1:
+        raise ValueError(f"tolerance must be within {least:g} and 0.1 of the limb's length, got {tolerance!r}")
     return tolerance
 
 

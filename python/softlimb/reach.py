@@ -28,6 +28,7 @@ _SHORT_OF_LIMIT = 1e-3
 # Of the weights over the largest. The search takes a target for met where the weighted gap is below 1e-3: with less the
 # limb may be at its other end. Targets in reach were found with a tenth of it as well.
 _LEAST_WEIGHT = 1e-3
+_NOT_OF_A_REACH = ("pressures", "rest_lengths", "prefer_stable")
 _PLAIN = {"gravity", "tip_force", "tip_moment", "frame", "section", "valve"}
 
 
@@ -265,9 +266,7 @@ def reach(
     target, counted = target_of(position, pose, weights)
     lower, upper, limited = bounds_of(limb, min_pressure, max_pressure)
     preferred = np.zeros(len(limb._tubes)) if prefer is None else _preferred(limb, prefer)
-    tolerance = _tolerance(tolerance)
-    if tolerance < _TIGHTEST:
-        raise ValueError(f"tolerance of a reach must be at least {_TIGHTEST:g}, got {tolerance!r}")
+    tolerance = _tolerance(tolerance, _TIGHTEST)
     if start is not None and not isinstance(start, Posture | Reach):
         raise TypeError(f"start must be a Posture or a Reach, got {type(start).__name__}")
     if not isinstance(starts, int) or isinstance(starts, bool) or not (start is None) <= starts <= STARTS:
@@ -279,7 +278,7 @@ def reach(
         limb._start(first)
         if first.pressures is None:
             raise ValueError("start must be a posture that was solved from pressures")
-    for name in ("pressures", "rest_lengths", "prefer_stable"):
+    for name in _NOT_OF_A_REACH:
         if name in scene:
             raise TypeError(f"{name} does not apply to a reach: it finds pressures of stable postures")
     core, model, loads = _loads(limb, first, **scene)
@@ -424,7 +423,7 @@ def _loads(
     limb: Limb, start: Posture | None, **scene: Any
 ) -> tuple[_core.Scene, tuple[SectionModel, Valve], dict[str, Any] | None]:
     """Loads and holds as the core wants them, the tubes' model, and what a posture cannot read out of the core."""
-    allowed = limb._scene.__kwdefaults__ or {}
+    allowed = [name for name in limb._scene.__kwdefaults__ or {} if name not in _NOT_OF_A_REACH]
     for name in scene:
         if name not in allowed:
             raise TypeError(f"{name!r} is no load of a reach: expected one of {', '.join(allowed)}")

@@ -23,6 +23,7 @@ Unknown = Literal["wrench", "force"]
 
 _LABELS = ("fx", "fy", "fz", "mx", "my", "mz")
 _NUMERICAL_RANK = 1e-9  # of the largest singular value: what is smaller is rounding of postures and derivatives
+_NOT_SENSED = ("prefer_stable", "tip_pose", "tip_held", "plate_poses", "plate_held", "pressures")
 _MOST_STEPS = 50
 # A step may move the tip by so much, by the linear response: farther away the posture is seldom found from the last.
 _FARTHEST_MOVE, _LARGEST_TURN = 0.5, 1.0  # of the limb's length; [rad]
@@ -168,9 +169,12 @@ def sense(
     **scene: Any,
 ) -> Sensed:
     """See `Limb.sense`."""
-    for name in ("prefer_stable", "tip_held", "plate_poses", "plate_held"):
-        if name in scene:
+    allowed = [name for name in limb._scene.__kwdefaults__ or {} if name not in _NOT_SENSED]
+    for name in scene:
+        if name in _NOT_SENSED:
             raise TypeError(f"{name} does not apply: a force is sensed at a free tip of a stable posture")
+        if name not in allowed:
+            raise TypeError(f"{name!r} is no load where a force is sensed: expected one of {', '.join(allowed)}")
     one_of("unknown", unknown, ("wrench", "force"))
     measured = _measurement(tip_pose, covariance, points, at, points_covariance)
     known = np.concatenate(

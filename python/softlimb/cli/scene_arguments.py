@@ -94,8 +94,8 @@ def scene_of(arguments: argparse.Namespace) -> Scene:
 
     scene = load_scene(arguments.scene)
     if arguments.tolerance is not None:
-        if not 0.0 < arguments.tolerance < 1.0:
-            raise ValueError(f"--tolerance must be within (0, 1), got {arguments.tolerance:g}")
+        if not 1e-12 <= arguments.tolerance <= 0.1:  # as of a solve
+            raise ValueError(f"--tolerance must be within 1e-12 and 0.1, got {arguments.tolerance:g}")
         scene = scene.replaced(tolerance=arguments.tolerance)
     if arguments.pressures_kPa is None:
         return scene
