@@ -1,15 +1,22 @@
-"""Where tests find the files that stand beside the checkout, and what a whole run builds beside its tests."""
+"""Where tests find the files that stand beside the checkout, and what a run may ask for."""
 
 from __future__ import annotations
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
 
-from sanitized_build import Ahead
 
-AHEAD = pytest.StashKey[Ahead]()
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--sanitizers", action="store_true", help="also build the C++ claims with sanitizers: minutes")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _interrupts_arrive() -> None:
+    # A job in the background of a shell starts with Ctrl-C ignored: nothing that waits for it would ever see one.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
@@ -19,17 +26,3 @@ def shared() -> Path:
     if not path.is_dir():
         pytest.skip(f"no measured data at {path}: set SOFTLIMB_SHARED to the folder that has them")
     return path
-
-
-def pytest_collection_finish(session: pytest.Session) -> None:
-    # A run of more than the sanitizers' own file takes long enough to build them meanwhile.
-    files = {item.path.name for item in session.items}
-    cache = getattr(session.config, "cache", None)
-    if cache and "test_sanitizers.py" in files and len(files) > 1 and not session.config.option.collectonly:
-        session.config.stash[AHEAD] = Ahead(cache.mkdir("softlimb-sanitizers"))
-
-
-def pytest_sessionfinish(session: pytest.Session) -> None:
-    ahead = session.config.stash.get(AHEAD, None)
-    if ahead is not None:
-        ahead.stop()

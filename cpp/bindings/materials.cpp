@@ -56,7 +56,7 @@ void for_each_parameter(Visitor&& visit) {
 template <MaterialLaw L>
 std::string documentation() {
     std::string text = std::string(L::summary) + "\n\nParameters\n----------\n";
-    for_each_parameter<L>([&]<class Value>(const Parameter<L, Value>& p) {
+    for_each_parameter<L>([&]<class Value>(const materials::Parameter<L, Value>& p) {
         text += std::string(p.name) + (std::is_same_v<Value, Terms> ? " : sequence of float\n    " : " : float\n    ") +
                 std::string(p.meaning) + "\n";
     });
@@ -94,7 +94,7 @@ L law_of(const State& state) {
     L law;
     const py::tuple values = state[0];
     std::size_t i = 0;
-    for_each_parameter<L>([&]<class Value>(const Parameter<L, Value>& p) {
+    for_each_parameter<L>([&]<class Value>(const materials::Parameter<L, Value>& p) {
         law.*p.member = incoming(p.name, values[i++].template cast<Incoming<Value>>());
     });
     law.density = state[1].cast<double>(), law.max_strain = state[2].cast<double>();
@@ -108,7 +108,7 @@ std::string text_of(const L& law) {
     const auto add = [&](std::string_view name, const py::object& value) {
         text += std::string(name) + "=" + py::repr(value).cast<std::string>() + ", ";
     };
-    for_each_parameter<L>([&]<class Value>(const Parameter<L, Value>& p) {
+    for_each_parameter<L>([&]<class Value>(const materials::Parameter<L, Value>& p) {
         if (p.optional && law.*p.member == Value()) return;
         add(p.name, outgoing(law.*p.member));
     });

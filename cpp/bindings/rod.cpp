@@ -10,8 +10,8 @@ namespace py = pybind11;
 namespace softlimb::bindings {
 namespace {
 
-using Six = std::array<double, 6>;
-using Three = std::array<double, 3>;
+using Vector6Numbers = std::array<double, 6>;
+using Vector3Numbers = std::array<double, 3>;
 
 std::vector<int> integrator_orders() {
     std::vector<int> orders;
@@ -19,20 +19,20 @@ std::vector<int> integrator_orders() {
     return orders;
 }
 
-py::typing::Tuple<Three, std::array<Three, 3>, Six> rod_end(const Section& section, double length, const Six& wrench,
-                                                            const Three& line_force, int order, int steps) {
+py::typing::Tuple<Vector3Numbers, std::array<Vector3Numbers, 3>, Vector6Numbers> rod_end(const Section& section, double length, const Vector6Numbers& wrench,
+                                                            const Vector3Numbers& line_force, int order, int steps) {
     require_positive("length", length);
     if (steps < 1) reject("steps", steps, "at least 1");
     const rod::RodPiece piece{&section, length, {{line_force[0], line_force[1], line_force[2]}, {}}};
     const rod::EndState end =
         rod::end_of(piece, {}, Eigen::Map<const Vector6>(wrench.data()), rod::Integration{order, steps});
     const Pose& pose = end.pose;
-    std::array<Three, 3> rotation;
-    Six end_wrench;
+    std::array<Vector3Numbers, 3> rotation;
+    Vector6Numbers end_wrench;
     for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) rotation[r][c] = pose.rotation(r, c);
     for (int k = 0; k < 6; ++k) end_wrench[k] = end.wrench(k);
-    return py::make_tuple(Three{pose.position.x(), pose.position.y(), pose.position.z()}, rotation, end_wrench);
+    return py::make_tuple(Vector3Numbers{pose.position.x(), pose.position.y(), pose.position.z()}, rotation, end_wrench);
 }
 
 }  // namespace

@@ -95,8 +95,8 @@ ValueError
         .def("__eq__", &equals<Section>, py::arg("other"))
         .def("__hash__",
              [](const Section& s) { return py::hash(py::make_tuple(s.axial, s.shear, s.bending, s.torsion)); })
-        .def("__repr__", &text_of)
-        .def(py::pickle(&state_of, &section_of));
+        .def("__repr__", [](const Section& s) { return text_of(s); })
+        .def(py::pickle([](const Section& s) { return state_of(s); }, &section_of));
 }
 
 }  // namespace softlimb::bindings

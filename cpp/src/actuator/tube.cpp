@@ -15,7 +15,7 @@ using solve::SolveStatus;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 double max_strain(const materials::AnyLaw& law) {
     return std::visit([](const auto& l) { return l.max_strain; }, law);

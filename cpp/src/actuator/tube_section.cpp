@@ -14,7 +14,7 @@ using solve::SolveStatus;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 void fill(Section& section, const SectionValues<double>& s) {
     section.axial = s.axial, section.shear = s.shear, section.bending = s.bending, section.torsion = s.torsion;

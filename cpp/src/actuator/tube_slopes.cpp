@@ -14,7 +14,7 @@ using solve::SolveStatus;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// Every number of an energy, turned by `take` into a plain one.
 template <class S, class Take>
