@@ -1,6 +1,7 @@
 #include "softlimb/limb/attempt.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "softlimb/largest.hpp"
 #include "softlimb/limb/start.hpp"
@@ -53,7 +54,7 @@ Attempt refine(const Scene& scene, const SolveOptions& options, solve::Work& wor
     for (int round = 0; round < 4; ++round) {
         attempt.report = equilibrium.solve(attempt.shape, settings, work);
         iterations += attempt.report.iterations;
-        if (!attempt.converged() || largest_activity(scene, attempt.shape) < largest_countable_piece) break;
+        if (!attempt.converged() || mesh_suffices(scene, options.tolerance, attempt.shape)) break;
         choose_mesh(scene, options.tolerance, attempt.shape, largest_piece);
     }
     return attempt;
@@ -88,6 +89,39 @@ std::optional<Attempt> stable_below(const Geometry& geometry, const Scene& scene
         MeshAttempt tried = attempt_on_mesh(scene, options, work, equilibrium, parts, shape, ignored, ignored);
         if (tried.stayed && tried.attempt.stable()) return std::move(tried.attempt);
         if (work.exhausted()) break;
+    }
+    return std::nullopt;
+}
+
+std::optional<Attempt> left_along_mode(const Scene& scene, const SolveOptions& options, solve::Work& work,
+                                       Equilibrium& equilibrium, const Shape& unstable, int& iterations) {
+    Shape ridge = unstable;
+    int modes = std::numeric_limits<int>::max();
+    // Where several modes are lost at once, each push leaves one of them behind; rods that have buckled before may turn
+    // about their axes at no cost, which leads nowhere.
+    constexpr int pushes = 8, most = 6;
+    for (int push = 0; push < pushes; ++push) {
+        std::optional<Attempt> lower;
+        const auto leave = [&](const Moves& mode) {
+            // The stiffer the rods against stretching, the smaller what buckles just past the load.
+            for (const double amplitude : {0.3, -0.3, 0.03, -0.03, 0.003, -0.003}) {
+                Shape pushed = ridge;
+                apply(equilibrium.geometry(), mode, amplitude, pushed);
+                Attempt beside = refine(scene, options, work, equilibrium, std::move(pushed), iterations);
+                if (!beside.converged() || beside.report.modes() >= modes) continue;
+                modes = beside.report.modes();
+                lower = std::move(beside);
+                if (modes == 0) break;
+            }
+        };
+        const int rods = static_cast<int>(scene.rods.size());
+        for (const Moves& mode : equilibrium.softest_moves(ridge, std::min(most, 1 + rods))) {
+            leave(mode);
+            if (lower) break;
+        }
+        if (!lower) break;
+        if (modes == 0) return lower;
+        ridge = std::move(lower->shape);
     }
     return std::nullopt;
 }

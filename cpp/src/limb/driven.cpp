@@ -39,7 +39,7 @@ bool DrivenLimb::step_once(Shape& shape, double allowed, double& doubt) {
     work_.spend(static_cast<long>(shape.rods.size()));
     doubt = equilibrium_.step_to_balance(shape);
     ++iterations_;
-    if (!(doubt < allowed) || !(largest_activity(scene_, shape) < largest_countable_piece)) return false;
+    if (!(doubt < allowed) || !mesh_suffices(scene_, std::max(tolerance_, doubt), shape)) return false;
     NewtonReport report;
     equilibrium_.judge(shape, report, std::sqrt(doubt));
     return !scene_.conservative() || report.modes() == 0;

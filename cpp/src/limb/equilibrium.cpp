@@ -53,16 +53,21 @@ double rod_activity(const Section& section, const RodShape& rod, double length) 
     return std::max(z, activity(section, end, length));
 }
 
+/// Activity of a step that should meet the tolerance. One eighth-order step over an activity z errs by about 1e-7 z^8
+/// of its length (median over random wrenches 4e-8, worst 6e-6: tests/test_integrators.py); the check with half the
+/// step catches the rest.
+double allowed_step(double tolerance) {
+    constexpr double error_of_unit_step = 1e-7, largest_step = 2.2;
+    return std::clamp(std::pow(3.0 * tolerance / error_of_unit_step, 0.125), 0.1, largest_step);
+}
+
 }  // namespace
 
 void choose_mesh(const Scene& scene, double tolerance, Shape& shape, double largest_piece) {
-    // One eighth-order step over an activity z errs by about 1e-7 z^8 of its length (median over random wrenches 4e-8,
-    // worst 6e-6: tests/test_integrators.py); the check with half the step catches the rest.
-    constexpr double error_of_unit_step = 1e-7, largest_step = 2.2;
     // Wrenches of a shape far from balance ask for any number of pieces, and each call splits what it finds: a rod of
     // growth e^80 needs 54, one of forty turns 168.
     constexpr double largest_rod = 400.0;
-    const double step = std::clamp(std::pow(3.0 * tolerance / error_of_unit_step, 0.125), 0.1, largest_step);
+    const double step = allowed_step(tolerance);
     for (std::size_t i = 0; i < shape.rods.size(); ++i) {
         RodShape& rod = shape.rods[i];
         const Section& section = scene.rods[i].section;
@@ -91,12 +96,16 @@ void choose_mesh(const Scene& scene, double tolerance, Shape& shape, double larg
     }
 }
 
-double largest_activity(const Scene& scene, const Shape& shape) {
-    double largest = 0.0;
-    for (std::size_t i = 0; i < shape.rods.size(); ++i)
-        largest = std::max(largest, rod_activity(scene.rods[i].section, shape.rods[i],
-                                                 scene.rods[i].rest_length / shape.rods[i].elements()));
-    return largest;
+bool mesh_suffices(const Scene& scene, double tolerance, const Shape& shape) {
+    // Twice the error that the mesh was chosen for: what a solve may change without another one. Where a rod is
+    // straight no check of the posture sees the error of its stiffness.
+    const double step = 1.1 * allowed_step(tolerance);
+    for (std::size_t i = 0; i < shape.rods.size(); ++i) {
+        const RodShape& rod = shape.rods[i];
+        const double piece = rod_activity(scene.rods[i].section, rod, scene.rods[i].rest_length / rod.elements());
+        if (!(piece < largest_countable_piece && piece <= step * rod.integration.steps)) return false;
+    }
+    return true;
 }
 
 void Equilibrium::resize(const Shape& shape) {
@@ -526,7 +535,8 @@ void Equilibrium::count_modes(NewtonReport& report, double margin) {
     for (std::size_t i = 0; i < chains_.size(); ++i) {
         const rod::Chain& chain = chains_[i];
         if (margin > 0.0 && chain.elements() > 1) {
-            // Of a rod's nodes too, in units of its pieces: a force changes their stiffness by itself over their length.
+            // Of a rod's nodes too, in units of its pieces: a force changes their stiffness by itself over their
+            // length.
             const double piece = scene_.rods[i].rest_length / chain.elements();
             Vector6 shift = Vector6::Constant(margin);
             shift.head<3>() /= piece * piece;
@@ -591,24 +601,26 @@ void Equilibrium::find_neutral(const Shape& shape) {
     }
 }
 
-Moves Equilibrium::softest_move(const Shape& shape) {
+std::vector<Moves> Equilibrium::softest_moves(const Shape& shape, int count) {
     resize(shape);
     pin(pin_of_newton);
-    Moves seed = moves_;
-    if (!linearise(shape)) return seed;
+    std::vector<Moves> softest;
+    if (!linearise(shape)) return softest;
     // Any start that no symmetry of a limb shares.
     double phase = 1.0;
-    for (Vector6& x : seed.plates) phase += 1.7, x.setConstant(std::sin(phase));
-    for (auto& nodes : seed.nodes)
-        for (Vector6& x : nodes) {
-            phase += 1.7;
-            x << std::sin(phase), std::cos(phase), 0.5, std::sin(2.0 * phase), 1.0, 0.3;
-        }
-    neutral_.assign(1, seed);
+    for (int k = 0; k < count; ++k) {
+        Moves seed = moves_;
+        for (Vector6& x : seed.plates) phase += 1.7, x.setConstant(std::sin(phase));
+        for (auto& nodes : seed.nodes)
+            for (Vector6& x : nodes) {
+                phase += 1.7;
+                x << std::sin(phase), std::cos(phase), 0.5, std::sin(2.0 * phase), 1.0, 0.3;
+            }
+        neutral_.push_back(std::move(seed));
+    }
     constexpr int rounds = 8;
     for (int round = 0; round < rounds; ++round) find_neutral(shape);
-    Moves softest = std::move(neutral_.front());
-    neutral_.clear();
+    softest.swap(neutral_);
     return softest;
 }
 

@@ -63,7 +63,8 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     solution.conservative = scene.conservative();
     // A cold start of the reference limb takes about 2 000 evaluations of its nine rods; a rod wound into five turns
     // takes 40 000.
-    solve::Work work(40'000L * (1 + static_cast<long>(scene.rods.size())), options.interrupted);
+    const long budget = 40'000L * (1 + static_cast<long>(scene.rods.size()));
+    solve::Work work(budget, options.interrupted);
     solution.reactions.assign(geometry.plates(), Vector6::Zero());  // of a solve that fails: verification reads them
     Equilibrium equilibrium(geometry, scene);
     std::optional<Attempt> unstable;  // found on the way, in case nothing better turns up
@@ -235,16 +236,18 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         }
     }
     if (unstable && !unstable->stable() && solution.conservative && options.prefer_stable) {
-        // Just past a critical load the buckled posture is so near that no mesh tells it from the straight one: exact
-        // Newton from points along the unstable posture's own mode.
-        const Moves mode = equilibrium.softest_move(unstable->shape);
-        // The stiffer the rods against stretching, the smaller what buckles just past the load.
-        for (const double amplitude : {0.3, -0.3, 0.03, -0.03, 0.003, -0.003}) {
-            Shape pushed = unstable->shape;
-            apply(geometry, mode, amplitude, pushed);
-            Attempt beside = refine(scene, options, work, equilibrium, pushed, solution.iterations);
-            if (beside.stable())
-                return accept(beside, "converged; an unstable posture was met first and left along its mode");
+        // Both ways are long and may lead nowhere: what is left of the budget belongs to the answer that stands.
+        solve::Work pushes(budget, options.interrupted), detour(budget, options.interrupted);
+        if (std::optional<Attempt> beside =
+                left_along_mode(scene, options, pushes, equilibrium, unstable->shape, solution.iterations))
+            return accept(*std::move(beside), "converged; an unstable posture was met first and left along its mode");
+        if (const auto buckled = buckle(geometry, scene, options, unstable->shape, detour, solution.iterations)) {
+            Attempt full = refine(scene, options, work, equilibrium, *buckled, solution.iterations);
+            if (full.stable()) {
+                solution.plan.push_back(
+                    "the rods stretch hardly at all: buckled where they stretch more, and followed");
+                return accept(std::move(full), "converged; an unstable posture was met first and left along its mode");
+            }
         }
     }
     if (unstable) {

@@ -44,4 +44,9 @@ MeshAttempt attempt_on_mesh(const Scene& scene, const SolveOptions& options, sol
 std::optional<Attempt> stable_below(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
                                     solve::Work& work, Shape shape);
 
+/// A stable equilibrium beside an unstable one of the same scene: exact Newton from points along its softest move. Just
+/// past a critical load the buckled posture is so near that no mesh tells it from the straight one.
+std::optional<Attempt> left_along_mode(const Scene& scene, const SolveOptions& options, solve::Work& work,
+                                       Equilibrium& equilibrium, const Shape& unstable, int& iterations);
+
 }  // namespace softlimb::limb

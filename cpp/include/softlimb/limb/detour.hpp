@@ -21,4 +21,11 @@ std::optional<Shape> grow_moments(const Geometry& geometry, const Scene& scene, 
 std::optional<Shape> stiffen(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
                              const Shape& descended, solve::Work& work, int& iterations);
 
+/// What buckles between held plates far past its critical load is small and stiff where rods hardly stretch: no push
+/// from the unstable posture finds it. Their stiffness is taken back to just past where that posture loses its
+/// stability, the posture left there along its mode, and the way followed back. None where that way does not lead
+/// there.
+std::optional<Shape> buckle(const Geometry& geometry, const Scene& scene, const SolveOptions& options,
+                            const Shape& unstable, solve::Work& work, int& iterations);
+
 }  // namespace softlimb::limb

@@ -98,8 +98,9 @@ public:
     /// Linearises at a shape that is an equilibrium already, for the responses below; with `pinned` a neutral mode is
     /// held by a shift far below the rods' stiffness. False where it is singular.
     bool linearise_at(const Shape& shape, bool pinned = false);
-    /// Move (mean square one over plates and nodes) along which the stiffness at a shape is nearest to zero.
-    Moves softest_move(const Shape& shape);
+    /// So many moves (mean square one over plates and nodes, perpendicular to each other) along which the stiffness at
+    /// a shape is nearest to zero, the nearest first. None where it is singular.
+    std::vector<Moves> softest_moves(const Shape& shape, int count);
     /// Counts the unstable modes at `shape` into the report. Since the last linearisation the stiffness may have
     /// changed by so much [N m]: where that could change the count it is done again. What a shift of the size of
     /// rounding takes away was no unstable mode but a neutral one.
@@ -170,8 +171,9 @@ private:
     Vector6 shift_ = Vector6::Zero();  // on every free node and plate, against a neutral mode; else zero
 };
 
-/// Largest activity (bend plus growth) of a piece: l |m|/EI + l sqrt(|n|/EI) + l |u3*|, l its rest length.
-double largest_activity(const Scene& scene, const Shape& shape);
+/// Whether the pieces and steps suit the wrenches: by the activity (bend plus growth) of each piece, l |m|/EI +
+/// l sqrt(|n|/EI) + l |u3*|, l its rest length. Otherwise modes may be missed.
+bool mesh_suffices(const Scene& scene, double tolerance, const Shape& shape);
 
 /// Activity of a piece beyond which Newton's basin becomes small: for starts from afar.
 constexpr double newton_piece = 1.5;
