@@ -391,7 +391,7 @@ def test_learning_limits_say_what_does_not_hold_without_learning(
 def test_pictures_have_their_labels_and_refuse_channels_that_are_not_there(plant: Pneumatics) -> None:
     trace = PressureLoop(plant, PID((10.0, 10.0, 0.0))).run(np.tile(GOAL, (50, 1)))
     labels = [axes.get_ylabel() for axes in plot.pressure_control(trace, [0, 2]).axes]
-    assert labels == ["gauge pressure [kPa]", "command", "weights, actuator 1"]
+    assert labels == ["gauge pressure [kPa]", "command", "weights, actuator 0"]
     assert plot.pressure_control(trace, title="fixed; hold").get_suptitle() == "fixed; hold"
     with pytest.raises(ValueError, match="channels must be one to 4 of 0 to 2"):
         plot.pressure_control(trace, [3])

@@ -93,7 +93,7 @@ def _compare(arguments: argparse.Namespace, scene: Scene) -> int:
     found = compare(pneumatics, goal, controllers, disturbed=disturbed)
     print(heading(arguments.scene, scene))
     print(f"pneumatic plant: {len(pneumatics)} actuators, {pneumatics.period / ms:g} ms a step; its numbers are ours")
-    print("SIMC weights of actuator 1: " + " ".join(f"{x:.4g}" for x in controllers["fixed, SIMC"][0].weights))
+    print("SIMC weights of actuator 0: " + " ".join(f"{x:.4g}" for x in controllers["fixed, SIMC"][0].weights))
     for signal in _SIGNALS:
         print(f"\n{signal}, undisturbed")
         print(_signal_table(found, signal))

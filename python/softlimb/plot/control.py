@@ -60,7 +60,7 @@ def pressure_control(trace: Trace, channels: Sequence[int] = (0,), *, title: str
     for line, channel in zip(_LINES, channels, strict=False):
         pressures.plot(time, trace.targets[::step, channel] / kPa, color="0.55", linewidth=2.6, alpha=0.6)
         pressures.plot(
-            time, trace.pressures[::step, channel] / kPa, linewidth=1.2, label=f"actuator {channel + 1}", **line
+            time, trace.pressures[::step, channel] / kPa, linewidth=1.2, label=f"actuator {channel}", **line
         )
         commands.plot(time, trace.commands[::step, channel], linewidth=0.8, **line)
     pressures.plot([], [], color="0.55", linewidth=2.6, alpha=0.6, label="target")
@@ -70,7 +70,7 @@ def pressure_control(trace: Trace, channels: Sequence[int] = (0,), *, title: str
     style.finish(pressures, "", "gauge pressure [kPa]")
     style.finish(commands, "", "command")
     commands.set_ylim(-1.1, 1.1)
-    style.finish(weights, "time [s]", f"weights, actuator {channels[0] + 1}")
+    style.finish(weights, "time [s]", f"weights, actuator {channels[0]}")
     for ax in (pressures, weights):
         _legend(ax, 5)
     for fault in trace.faults:
@@ -180,9 +180,10 @@ def tip_path(runs: Mapping[str, PostureRun]) -> Figure:
     time.set_xlim(0.0, max(1.12 * first.task.seconds, *(float(run.time[-1]) for run in runs.values())))
     for number, (start, phase) in enumerate(first.task.phases):  # names in two rows: phases may be short
         time.axvline(start, color="0.6", linewidth=0.8, linestyle=":")
-        text = time.text(
-            start, (1.0 - 0.05 * (number % 2)) * top, f" {phase}", fontsize=style.FONT_SIZE - 2.0, va="top", zorder=5.0
-        )
+        text = time.annotate(
+            phase, (start, (1.0 - 0.05 * (number % 2)) * top), (2.5, 0.0), textcoords="offset points",
+            fontsize=style.FONT_SIZE - 2.0, va="top",
+        )  # fmt: skip
         text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.4})  # the next phase's line may pass behind
     if vented:
         time.set_title("\n".join(vented), color=style.LOAD_COLOUR, fontsize=style.FONT_SIZE - 1.0, loc="left")
@@ -204,13 +205,13 @@ def _finish_space(ax: Any, run: PostureRun) -> None:
     spans = [np.ptp(getattr(ax, f"get_{name}lim")()) for name in "xyz"]
     # equal scales, but a level path keeps a height to be seen in
     box = np.maximum(spans, 0.35 * max(spans))
-    ax.set_box_aspect(box, zoom=0.88)
     stretched = [f"{name} x {times:.2g}" for name, times in zip("xyz", box / spans, strict=True) if times > 1.05]
     if stretched:
         ax.text2D(
             0.98, 0.02, f"drawn larger: {', '.join(stretched)}", transform=ax.transAxes, ha="right",
             fontsize=style.FONT_SIZE - 2.0,
         )  # fmt: skip
+    ax.set_box_aspect(box, zoom=0.88)
     if run.postures[0].loads["gravity"][2] > 0.0:
         ax.invert_zaxis()
 

@@ -48,9 +48,9 @@ struct GuardOptions {
     constexpr bool valid() const {
         return not_finite_steps > 0 && over_pressure_steps > 0 && response_steps > 0 && supply_steps > 0 &&
                is_finite(highest) && positive(idle_command) && positive(full_drop) && positive(stuck_effort) &&
-               positive(coarse_code) && stuck_steps > 0 && positive(response_error) && positive(response) && positive(response_effort) &&
-               positive(response_command) && response_command <= Real(1) && is_finite(lowest_supply) &&
-               is_finite(low) && is_finite(high) && low < high;
+               positive(coarse_code) && stuck_steps > 0 && positive(response_error) && positive(response) &&
+               positive(response_effort) && positive(response_command) && response_command <= Real(1) &&
+               is_finite(lowest_supply) && is_finite(low) && is_finite(high) && low < high;
     }
 
 private:
