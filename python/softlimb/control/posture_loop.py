@@ -270,9 +270,27 @@ class _Corrector:
         # Where to begin is looked for everywhere, which may take a second: before the clock starts. A step must end in
         # time: what the answer before does not lead to is not looked for anywhere else.
         self.answer = self._search(first, None, STARTS)
+        self.missed = self._miss_of(self.answer)
         self.reached = self.answer.reached
         self.unreached = self.unseen = self.unchanged = self.bounded = 0
         self.last: Array | None = None
+
+    @staticmethod
+    def _miss_of(found: Reach) -> Reach | None:
+        return found if found.status in ("no_progress", "singular_jacobian") else None
+
+    def _next(self, position: Array) -> Reach:
+        """Search from the answer before, unless the last search says how this one ends.
+
+        The distance of a place from all that is in reach changes by no more than the place moves: what was out of reach
+        by ten times as much as it moved still is. A search that fails takes longer than a step may.
+        """
+        missed = self.missed
+        if missed is not None and np.linalg.norm(position - missed.target[:3, 3]) < 0.1 * missed.error.position:
+            return missed
+        found = self._search(position, self.answer, 0)
+        self.missed = self._miss_of(found)
+        return found
 
     def _search(self, position: Array, start: Reach | None, starts: int) -> Reach:
         return self.limb.reach(
@@ -301,7 +319,7 @@ class _Corrector:
             self.bounded = self.bounded + 1 if size > control.largest else 0
             if size > control.largest:
                 self.correction = self.correction * (control.largest / size)
-        found = self._search(wanted + self.correction, self.answer, 0)
+        found = self._next(wanted + self.correction)
         self.reached = found.reached
         if found.reached:
             self.answer, self.pressures, self.unreached = found, found.pressures, 0
