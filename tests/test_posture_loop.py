@@ -427,7 +427,8 @@ def test_the_tips_path_is_drawn_beside_the_one_that_was_wanted(runs, limb) -> No
         plot.tip_path({"a": runs["open loop"], "b": run_task(limb, still(seconds=0.04), settling=0.04)})
 
 
-def test_pictures_say_that_control_ended(limb, tmp_path: Path) -> None:
+def test_pictures_say_that_control_ended(limb, tmp_path: Path, monkeypatch) -> None:
+    from matplotlib.animation import PillowWriter
     from PIL import Image
 
     task = short(carry(pace=0.1), 0.9)
@@ -439,7 +440,17 @@ def test_pictures_say_that_control_ended(limb, tmp_path: Path) -> None:
     assert run.success and not lost.success
     title = plot.tip_path({"calm": run, "lost": lost}).axes[1].get_title(loc="left")
     assert title == "lost: vented at 0.30 s"
+    frames = []
+    grab = PillowWriter.grab_frame
+
+    def said(writer: PillowWriter) -> None:
+        frames.append((writer.fig.get_suptitle(), [axes.get_ylabel() for axes in writer.fig.axes]))
+        grab(writer)
+
+    monkeypatch.setattr(PillowWriter, "grab_frame", said)
     path = plot.animation(lost, tmp_path / "lost.gif")
+    assert "approach" in frames[0][0] and frames[-1][0].endswith("s, vented")
+    assert frames[-1][1] == ["z [mm]", "z [mm]", "gauge pressure [kPa]"]
     with Image.open(path) as film:
         assert film.size[0] > 600
 
