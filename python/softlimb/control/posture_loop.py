@@ -120,7 +120,8 @@ class PostureControl:
     max_pressure, prefer : float
         Of the search for pressures [Pa]: the bound, and what they are kept near to.
     patience : float
-        How long the target may be out of reach, the tip unseen, or the correction at its bound, until control ends [s].
+        How long the target may be out of reach, the tip unseen, or the correction at its bound
+        while the tip comes no nearer by a tenth, until control ends [s].
 
     Raises
     ------
@@ -273,7 +274,17 @@ class _Corrector:
         self.missed = self._miss_of(self.answer)
         self.reached = self.answer.reached
         self.unreached = self.unseen = self.unchanged = self.bounded = 0
+        self.nearest = np.inf  # distance of the tip from its target while the correction is at its bound [m]
         self.last: Array | None = None
+
+    def _count_bounded(self, bounded: bool, away: float) -> None:
+        """Steps at the bound since the tip last came nearer by a tenth: a slow plant on its way is no fault."""
+        if not bounded:
+            self.bounded, self.nearest = 0, np.inf
+        elif away < 0.9 * self.nearest:
+            self.bounded, self.nearest = 1, away
+        else:
+            self.bounded += 1
 
     @staticmethod
     def _miss_of(found: Reach) -> Reach | None:
@@ -316,7 +327,7 @@ class _Corrector:
         if control.closed and finite and not same:
             self.correction = before + control.gain * control.period * (expected - seen[:3, 3])
             size = float(np.linalg.norm(self.correction))
-            self.bounded = self.bounded + 1 if size > control.largest else 0
+            self._count_bounded(size > control.largest, float(np.linalg.norm(expected - seen[:3, 3])))
             if size > control.largest:
                 self.correction = self.correction * (control.largest / size)
         found = self._next(wanted + self.correction)
