@@ -59,9 +59,7 @@ def pressure_control(trace: Trace, channels: Sequence[int] = (0,), *, title: str
     time = trace.time[::step]
     for line, channel in zip(_LINES, channels, strict=False):
         pressures.plot(time, trace.targets[::step, channel] / kPa, color="0.55", linewidth=2.6, alpha=0.6)
-        pressures.plot(
-            time, trace.pressures[::step, channel] / kPa, linewidth=1.2, label=f"actuator {channel}", **line
-        )
+        pressures.plot(time, trace.pressures[::step, channel] / kPa, linewidth=1.2, label=f"actuator {channel}", **line)
         commands.plot(time, trace.commands[::step, channel], linewidth=0.8, **line)
     pressures.plot([], [], color="0.55", linewidth=2.6, alpha=0.6, label="target")
     for number, line in enumerate(_LINES[:3]):
