@@ -336,6 +336,7 @@ def test_explicit_steps_of_the_same_size_would_leave_the_physical_range() -> Non
         (lambda: Pneumatics([]), "chambers must be at least one"),
         (lambda: Pneumatics([rigid(1e-4)], valve=[Valve()] * 2), "valve must be a Valve, or one for each of 1"),
         (lambda: Pneumatics([rigid(1e-4)], substeps=0), "substeps"),
+        (lambda: Pneumatics([rigid(1e-4)], substeps=10**7), "substeps must be a whole number of at least 1 and at"),
         (lambda: Pneumatics([rigid(1e-4)], supply=Supply(volume=1e-6)).plant(), "take a larger reservoir"),
         (lambda: Pneumatics([rigid(1e-4)]).plant().set_leak(0, -1.0), "conductance of a leak"),
         (lambda: Pneumatics([rigid(1e-4)]).plant().set_sensor(0, fault="odd"), "fault must be one of"),
@@ -350,3 +351,16 @@ def test_bad_numbers_are_refused_by_name(make, says: str) -> None:
 def test_a_channel_that_is_not_there_is_refused() -> None:
     with pytest.raises(IndexError, match="channel 4 of 1"):
         Pneumatics([rigid(1e-4)]).plant().set_leak(4, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: Pneumatics([rigid(1e-4)], gas=1.2), "gas must be of type Gas, got 1.2"),
+        (lambda: Pneumatics([rigid(1e-4)], supply=250e3), "supply must be of type Supply, got 250000.0"),
+        (lambda: Pneumatics(None), "chambers must be of type Limb or Sequence, got None"),
+    ],
+)
+def test_other_types_are_refused_by_name(make, says: str) -> None:
+    with pytest.raises(TypeError, match=says):
+        make()

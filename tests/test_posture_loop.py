@@ -25,6 +25,7 @@ from softlimb.control import (
     Sensor,
     Task,
     TrueLimb,
+    Valve,
     carry,
     circle,
     eight,
@@ -33,6 +34,8 @@ from softlimb.control import (
     simc,
     still,
 )
+from softlimb.control.tasks import LENGTH
+from softlimb.limb import Limb
 from softlimb.presets import reference_limb
 from softlimb.units import deg, kPa, mm, ms
 
@@ -280,6 +283,55 @@ def test_a_lost_pose_ends_control_where_it_is_needed_and_only_there(limb, fault:
     assert blind.success
 
 
+def test_a_correction_that_stays_at_its_bound_is_a_fault(limb) -> None:
+    heavy = replace(still(seconds=3.0), load=lambda time: np.array([2.0 if time > 0.2 else 0.0, 0.0, 0.0]))
+    run = run_task(limb, heavy, settling=1.5)
+    vented(run)
+    assert run.faults[0].kind == "correction_limit" and "at a correction of 80 mm" in run.message
+    assert run.faults[0].time < 2.0
+
+
+def test_a_slow_plant_at_the_bound_of_its_correction_is_no_fault(limb) -> None:
+    slow = Pneumatics(limb, valve=Valve(conductance=1.5e-10, exhaust_conductance=1.5e-10))
+    run = run_task(limb, still((60 * mm, 0.0, 0.0), seconds=3.0), pneumatics=slow, settling=0.0)
+    assert run.success, run.message
+    assert run.distances[0] > 50 * mm and run.distances[-1] < 10 * mm
+
+
+def test_a_first_target_out_of_reach_is_searched_for_once_before_the_clock_starts(limb, monkeypatch) -> None:
+    starts = []
+    plain = Limb.reach
+
+    def counted(self, **options):
+        starts.append(options["starts"])
+        return plain(self, **options)
+
+    monkeypatch.setattr(Limb, "reach", counted)
+    run = run_task(limb, still((0.6, 0.0, 0.0), seconds=0.5), settling=0.1, after=1.5)
+    vented(run)
+    assert run.faults[0].kind == "out_of_reach"
+    assert starts[0] > 0 and not any(starts[1:])
+    assert len(starts) < 4  # no step looks again for what did not come nearer, but for the first large correction
+
+
+def test_a_target_that_comes_back_into_reach_is_searched_for_again(limb) -> None:
+    away = replace(still(seconds=1.5), offset=lambda time: np.array([0.6 if 0.4 <= time < 0.6 else 0.0, 0.0, 0.0]))
+    run = run_task(limb, away, settling=1.0)
+    assert run.success and not run.reached.all() and run.reached[run.time > 0.7].all()
+    assert run.distances[-1] < 10 * mm
+
+
+@pytest.mark.parametrize("what", ["offset", "load"])
+def test_a_task_that_gives_no_number_on_its_way_ends_vented(limb, what: str) -> None:
+    bad = replace(still(seconds=1.0), **{what: lambda time: np.full(3, np.nan if time > 0.4 else 0.0)})
+    run = run_task(limb, bad, settling=0.5, after=1.5)
+    vented(run)
+    fault = run.faults[0]
+    assert (fault.kind, fault.detail) == ("task_not_finite", what)
+    assert_allclose(fault.time, 0.4, atol=0.03)
+    assert np.isfinite(run.errors.mean) and np.isfinite(run.load).all()
+
+
 def test_a_guard_that_is_healthy_says_nothing_in_any_task(limb) -> None:
     run = run_task(limb, short(eight(seconds=3.0), 3.0))  # four times as fast as by default
     assert not run.faults
@@ -302,11 +354,64 @@ def test_a_guard_that_is_healthy_says_nothing_in_any_task(limb) -> None:
         (lambda limb: PoseSensor(position_noise=-1.0), "position_noise"),
         (lambda limb: Guard(supply_steps=0), "supply_steps"),
         (lambda limb: Sensor(noise=np.inf), "noise"),
+        (lambda limb: short(still(), -1.0), "seconds of a Task"),
+        (lambda limb: short(still(), np.nan), "seconds of a Task"),
+        (lambda limb: replace(still(), home=(0.0, 0.0)), "home of a Task has shape"),
+        (lambda limb: replace(still(), offset=lambda t: np.zeros(2)).place(0.0), "offset of the task has shape"),
+        (lambda limb: run_task(limb, replace(still(), load=lambda t: np.full(3, np.nan))), "load at the start"),
+        (lambda limb: run_task(limb, still(seconds=0.01), settling=0, after=0), "must be at least a period"),
+        (lambda limb: run_task(limb, still(), control=PostureControl(period=10.0)), "must be at least a period"),
+        (lambda limb: run_task(limb, still(), incidents=[Incident(-100.0, print)]), r"time of incidents\[0\] must be"),
+        (lambda limb: Incident(np.nan, print), "time of an Incident"),
+        (lambda limb: PoseSensor(fault="bogus"), "fault of a PoseSensor must be one of"),
+        (lambda limb: PoseSensor(seed=-1), "seed of a PoseSensor"),
+        (lambda limb: PoseSensor(seed=np.nan), "seed of a PoseSensor"),
+        (lambda limb: PoseSensor().read(np.eye(3)), r"pose has shape \(3, 3\)"),
+        (lambda limb: replace(Perturbation.none(limb), axial=np.ones(3)), "axial of a Perturbation has shape"),
+        (lambda limb: replace(Perturbation.none(limb), bending=np.full(9, np.nan)), "bending of a Perturbation"),
+        (lambda limb: replace(Perturbation.none(limb), plate_mass=-np.ones(3)), "plate_mass of a Perturbation must"),
+        (lambda limb: replace(Perturbation.none(limb), tilt=(0, 0, 5.0)), "given in degrees"),
+        (
+            lambda limb: run_task(limb, still(), perturbation=replace(Perturbation.none(limb), plate_mass=np.ones(2))),
+            "plate_mass of a Perturbation has shape",
+        ),
     ],
 )
 def test_bad_arguments_are_refused_by_name(limb, make, says: str) -> None:
     with pytest.raises(ValueError, match=says):
         make(limb)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"task": None}, "task must be of type Task, got None"),
+        ({"guard": 3}, "guard must be of type Guard, got 3"),
+        ({"control": 3}, "control must be of type PostureControl"),
+        ({"sensor": 3}, "sensor must be of type PoseSensor"),
+        ({"incidents": [3]}, r"incidents\[0\] must be of type Incident"),
+    ],
+)
+def test_other_types_are_refused_by_name(limb, options, says: str) -> None:
+    with pytest.raises(TypeError, match=says):
+        run_task(limb, **{"task": still(), **options})
+
+
+def test_what_is_to_be_called_must_be_a_function() -> None:
+    with pytest.raises(TypeError, match="offset of a Task must be a function"):
+        replace(still(), offset=3)
+    with pytest.raises(TypeError, match="happens of an Incident must be a function"):
+        Incident(0.0, 3)  # type: ignore[arg-type]
+
+
+def test_a_task_scales_with_the_limb_and_keeps_its_load() -> None:
+    task = carry()
+    half = task.scaled(0.5)
+    for time in (0.0, 2.0, 5.0, 11.0):
+        home = np.array(task.home)
+        assert_allclose(half.place(time) - home, 0.5 * (task.place(time) - home), atol=1e-15)
+        assert (half.force(time) == task.force(time)).all()
+    assert_allclose(reference_limb().length, LENGTH, rtol=1e-15)
 
 
 # Pictures and the command
@@ -329,6 +434,40 @@ def test_the_tips_path_is_drawn_beside_the_one_that_was_wanted(runs, limb) -> No
     assert low > high  # it hangs
     with pytest.raises(ValueError, match="runs must be of one task, got carry, still"):
         plot.tip_path({"a": runs["open loop"], "b": run_task(limb, still(seconds=0.04), settling=0.04)})
+
+
+def test_pictures_say_that_control_ended(limb, tmp_path: Path, monkeypatch) -> None:
+    from matplotlib.animation import PillowWriter
+    from PIL import Image
+
+    task = short(carry(pace=0.1), 0.9)
+    run = run_task(limb, task, incidents=[Incident(0.3, lambda loop, _: loop.vent())], settling=0.2, keep=20)
+    lost = run_task(
+        limb, task, incidents=[Incident(0.3, lambda loop, _: loop.plant.set_sensor(0, fault="not_finite"))],
+        settling=0.2, keep=20, after=0.5,
+    )  # fmt: skip
+    assert run.success and not lost.success
+    title = plot.tip_path({"calm": run, "lost": lost}).axes[1].get_title(loc="left")
+    assert title == "lost: vented at 0.30 s"
+    frames = []
+    grab = PillowWriter.grab_frame
+
+    def said(writer: PillowWriter) -> None:
+        frames.append((writer.fig.get_suptitle(), [axes.get_ylabel() for axes in writer.fig.axes]))
+        grab(writer)
+
+    monkeypatch.setattr(PillowWriter, "grab_frame", said)
+    path = plot.animation(lost, tmp_path / "lost.gif")
+    assert "approach" in frames[0][0] and frames[-1][0].endswith("s, vented")
+    assert frames[-1][1] == ["z [mm]", "z [mm]", "gauge pressure [kPa]"]
+    with Image.open(path) as film:
+        assert film.size[0] > 600
+
+
+def test_a_flat_path_says_how_much_larger_its_height_is_drawn(limb) -> None:
+    run = run_task(limb, short(circle(seconds=2.0), 3.0))
+    said = [text.get_text() for text in plot.tip_path({"x": run}).axes[0].texts]
+    assert any("drawn larger: " in one and "z x" in one for one in said)
 
 
 def test_an_animation_has_a_picture_for_every_posture_of_the_task(runs, tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 #include <pybind11/stl.h>
 
 #include <array>
+#include <tuple>
 
 #include "arrays.hpp"
 #include "bindings.hpp"
@@ -116,13 +117,17 @@ const char* name_of(Fault fault) {
             return "over_pressure";
         case Fault::no_response:
             return "no_response";
+        case Fault::wrong_way:
+            return "wrong_way";
         case Fault::supply_lost:
             return "supply_lost";
     }
     return "none";
 }
 
-using GuardNumbers = std::tuple<int, double, int, double, double, double, double, double, int, double, int>;
+// In the order of the fields of GuardOptions and of `softlimb.control.Guard`; limits are the controllers'.
+using GuardNumbers =
+    std::tuple<int, double, int, double, double, double, double, int, double, double, double, double, int, double, int>;
 
 PressureLoop make_loop(const Plant& plant, const py::typing::List<py::object>& controllers,
                        const std::optional<GuardNumbers>& guards) {
@@ -134,8 +139,7 @@ PressureLoop make_loop(const Plant& plant, const py::typing::List<py::object>& c
             made.emplace_back(controller.cast<const NeuralPid<double>&>());
     }
     if (!guards) return PressureLoop(plant, std::move(made), nullptr);
-    const auto& [a, b, c, d, e, f, g, h, i, j, k] = *guards;
-    const GuardOptions<double> options{a, b, c, d, e, f, g, h, i, j, k};
+    const auto options = std::apply([](auto... numbers) { return GuardOptions<double>{numbers...}; }, *guards);
     if (!options.valid()) throw std::invalid_argument("options of a guard are out of range");
     return PressureLoop(plant, std::move(made), &options);
 }

@@ -113,11 +113,27 @@ def one_not_negative(name: str, value: Any) -> float:
     return number
 
 
-def one_whole(name: str, value: object, least: int) -> int:
-    """A whole number of at least ``least``; ValueError for anything else."""
-    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < least:
-        raise ValueError(f"{name} must be a whole number of at least {least}, got {shown(value)}")
-    return int(value)
+def one_whole(name: str, value: object, least: int, most: int | None = None) -> int:
+    """A whole number of at least ``least``, and at most ``most``; ValueError for anything else."""
+    is_whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    number = int(value) if is_whole else least - 1  # type: ignore[call-overload]
+    if number < least or (most is not None and number > most):
+        end = "" if most is None else f" and at most {most}"
+        raise ValueError(f"{name} must be a whole number of at least {least}{end}, got {shown(value)}")
+    return int(number)
+
+
+def of_type(name: str, value: object, *kinds: type) -> None:
+    """TypeError unless the value is one of the types."""
+    if not isinstance(value, kinds):
+        known = " or ".join(kind.__name__ for kind in kinds)
+        raise TypeError(f"{name} must be of type {known}, got {shown(value)}")
+
+
+def function(name: str, value: object) -> None:
+    """TypeError unless the value can be called."""
+    if not callable(value):
+        raise TypeError(f"{name} must be a function, got {shown(value)}")
 
 
 def finite_of_shape(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:

@@ -11,7 +11,13 @@ PressureLoop::PressureLoop(Plant given, std::vector<Controller> controllers, con
     : plant(std::move(given)), controllers_(std::move(controllers)) {
     const std::size_t n = plant.size();
     if (controllers_.size() != n) reject("number of controllers", controllers_.size(), "one a channel of the plant");
-    if (guards != nullptr) guards_.assign(n, Guard<double>(*guards));
+    if (guards != nullptr) {
+        for (const Controller& controller : controllers_) {
+            GuardOptions<double> own = *guards;
+            std::visit([&](const auto& c) { own.low = c.common().low, own.high = c.common().high; }, controller);
+            guards_.emplace_back(own);
+        }
+    }
     faults_.assign(n, Fault::none);
     fault_steps_.assign(n, -1);
     readings_.resize(n);

@@ -50,8 +50,10 @@ def new_file(name: str) -> Path:
     Raises
     ------
     argparse.ArgumentTypeError
-        No name, the name of a folder, or its folder is missing.
+        No name, the name of a folder, or its folder is missing or cannot be written to.
     """
+    from tempfile import TemporaryFile
+
     path = Path(name)
     if not name.strip():
         raise argparse.ArgumentTypeError("expected the name of a file, got an empty one")
@@ -59,6 +61,12 @@ def new_file(name: str) -> Path:
         raise argparse.ArgumentTypeError(f"expected the name of a file, {name!r} is a folder")
     if not path.parent.is_dir():
         raise argparse.ArgumentTypeError(f"cannot write {name}: there is no folder {path.parent}")
+    try:
+        # Permissions alone do not tell: some folders take no files from anybody.
+        with TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        raise argparse.ArgumentTypeError(f"cannot write {name}: {error.strerror} in {path.parent}") from None
     return path
 
 

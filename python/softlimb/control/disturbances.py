@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from softlimb import _core
+from softlimb.arguments import function, of_type, one_finite, one_of
 from softlimb.control.controllers import PID, NeuralPID
 from softlimb.control.loop import Guard, PressureLoop, Trace
 from softlimb.control.pneumatics import Pneumatics
@@ -25,14 +26,23 @@ class Event:
         When, as a share of the signal's time, 0 to 1.
     happens : callable
         Takes the plant and changes it.
+
+    Raises
+    ------
+    TypeError
+        ``happens`` is no function.
+    ValueError
+        The share is not within 0 and 1.
     """
 
     share: float
     happens: Callable[[_core.Plant], None]
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "share", one_finite("share of an Event", self.share))
         if not 0.0 <= self.share <= 1.0:
             raise ValueError(f"share of an Event must be within [0, 1], got {self.share!r}")
+        function("happens of an Event", self.happens)
 
 
 @dataclass(frozen=True)
@@ -46,28 +56,61 @@ class Disturbance:
         In the order of their times.
     other : callable, optional
         From the plant's parameters to those it really has.
+
+    Raises
+    ------
+    TypeError
+        Events that are none, or ``other`` is no function.
     """
 
     name: str
     events: tuple[Event, ...] = ()
     other: Callable[[Pneumatics], Pneumatics] | None = None
 
+    def __post_init__(self) -> None:
+        of_type("name of a Disturbance", self.name, str)
+        of_type("events of a Disturbance", self.events, Sequence)
+        object.__setattr__(self, "events", tuple(self.events))
+        for number, event in enumerate(self.events):
+            of_type(f"events[{number}] of a Disturbance", event, Event)
+        if self.other is not None:
+            function("other of a Disturbance", self.other)
+
 
 def follow(
     pneumatics: Pneumatics,
     controllers: PID | NeuralPID | Sequence[PID | NeuralPID],
     signal: Signal,
-    disturbance: Disturbance | None = None,
+    disturbance: Disturbance | str | None = None,
     *,
     guard: Guard | None = None,
 ) -> Trace:
     """Let controllers follow a signal while the plant is disturbed.
 
+    Parameters
+    ----------
+    pneumatics : Pneumatics
+    controllers : PID or NeuralPID, or a sequence with one a chamber
+    signal : Signal
+    disturbance : Disturbance or str, optional
+        One of `DISTURBANCES` by its name.
+    guard : Guard, optional
+        None: nobody watches.
+
     Raises
     ------
+    TypeError
+        An argument is something else.
     ValueError
-        The signal has not one column a chamber, or another period than the plant.
+        The signal has not one column a chamber, or another period than the plant; or the name is unknown.
     """
+    of_type("pneumatics", pneumatics, Pneumatics)
+    of_type("signal", signal, Signal)
+    if isinstance(disturbance, str):
+        one_of("disturbance", disturbance, tuple(DISTURBANCES))
+        disturbance = DISTURBANCES[disturbance]
+    elif disturbance is not None:
+        of_type("disturbance", disturbance, Disturbance, str)
     if signal.period != pneumatics.period:
         raise ValueError(f"period of the signal must be the plant's {pneumatics.period:g} s, got {signal.period:g}")
     events = () if disturbance is None else disturbance.events

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softlimb import _core
-from softlimb.arguments import finite_array, one_finite, one_positive, shown
+from softlimb.arguments import finite_array, of_type, one_finite, one_positive, one_whole
 from softlimb.control.controllers import PID, NeuralPID
 from softlimb.control.pneumatics import Pneumatics
 from softlimb.units import kPa
@@ -20,15 +20,20 @@ __all__ = ["Fault", "Guard", "PressureLoop", "Trace"]
 Array = NDArray[np.float64]
 Controller = PID | NeuralPID
 
+_MOST_STEPS = 2**31 - 1  # what the guard counts with
+
 _SAID = {
     "sensor_not_finite": "the pressure sensor gives no number",
-    "sensor_stuck": "the pressure sensor repeats one reading while its valve moves air",
+    "sensor_stuck": "the pressure sensor repeats one reading while its valve is told to move air",
     "over_pressure": "the pressure is above what is allowed",
-    "no_response": "the pressure does not follow the valve at full command: a stuck valve, or a large leak",
+    "no_response": "the pressure does not follow the valve: a stuck valve, or a large leak",
+    "wrong_way": "the command leads away from the target: gains of the wrong sign, or a sum of errors from long ago",
     "supply_lost": "the supply is below the pressure that is needed",
     "pose_not_finite": "the measured pose holds no numbers",
     "pose_stuck": "the measured pose repeats itself",
     "out_of_reach": "the target is out of reach",
+    "correction_limit": "the correction stays at its bound, and the tip away from the target",
+    "task_not_finite": "the task gives what is no number",
     "posture_lost": "no posture of the limb was found at these pressures",
 }
 
@@ -42,8 +47,9 @@ class Fault:
     time : float
         Since the start [s].
     kind : str
-        ``sensor_not_finite``, ``sensor_stuck``, ``over_pressure``, ``no_response``, ``supply_lost``; of the posture
-        loop ``pose_not_finite``, ``pose_stuck``, ``out_of_reach``, ``posture_lost``.
+        ``sensor_not_finite``, ``sensor_stuck``, ``over_pressure``, ``no_response``, ``wrong_way``,
+        ``supply_lost``; of the posture loop ``pose_not_finite``, ``pose_stuck``, ``out_of_reach``,
+        ``correction_limit``, ``task_not_finite``, ``posture_lost``.
     channel : int, optional
         Which actuator, from 0 in flat order; none for the whole limb.
     detail : str
@@ -67,49 +73,88 @@ class Fault:
 class Guard:
     """When an actuator counts as broken; steps are those of the loop.
 
+    Air counts in steps of full flow: |command| beyond the idle one, times the pressure difference that drives it over
+    ``full_drop``, one at most.
+
     Parameters
     ----------
     not_finite_steps : int
         Readings in a row that are no number.
     highest : float
         Pressure allowed [Pa], over ``over_pressure_steps`` readings in a row.
-    stuck_effort, idle_command : float
-        A reading that repeats itself while |command| beyond the idle one adds up to so many full steps.
-    response_error, response_command, response, response_steps
-        Full command (beyond ``response_command``) with an error of the same sign above ``response_error`` [Pa], and
-        no change of ``response`` [Pa] in so many steps.
-    lowest_supply : float
-        Reading of the supply's sensor [Pa], over ``supply_steps`` in a row.
+    idle_command : float
+        Opens nothing: the valve's dead band and half its play.
+    full_drop : float
+        Pressure difference of full flow [Pa].
+    stuck_effort, coarse_code, stuck_steps
+        Air during which a reading repeats itself; what moves a reading by a code must be less. Once the valve was open
+        for ``stuck_steps`` of it, the share will do that a code, the least change of readings so far, has of
+        ``coarse_code`` [Pa], a tenth at least.
+    response_error, response, response_effort
+        Air towards the target, with an error above ``response_error`` [Pa], that brings it no nearer by ``response``
+        [Pa]; it may be sent in pieces.
+    response_command, response_steps
+        Command away from the target, in a row, as a share of the controller's limit (at most 1), with an error above
+        ``response_error``.
+    lowest_supply : float, optional
+        Reading of the supply's sensor [Pa], over ``supply_steps`` in a row; below the pressure of the supply. Default:
+        half of that.
 
     Raises
     ------
     ValueError
         A number is out of range.
+
+    Notes
+    -----
+    MECHANICS, "Control".
     """
 
     not_finite_steps: int = 5
     highest: float = 150 * kPa
     over_pressure_steps: int = 5
-    stuck_effort: float = 150.0
-    idle_command: float = 0.15
-    response_error: float = 5 * kPa
-    response_command: float = 0.9
+    idle_command: float = 0.04
+    full_drop: float = 160 * kPa
+    stuck_effort: float = 60.0
+    coarse_code: float = 1 * kPa
+    stuck_steps: int = 250
+    response_error: float = 2 * kPa
     response: float = 1 * kPa
+    response_effort: float = 120.0
+    response_command: float = 0.9
     response_steps: int = 400
-    lowest_supply: float = 120 * kPa
+    lowest_supply: float | None = None
     supply_steps: int = 20
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            value = getattr(self, field.name)
+            name, value = f"{field.name} of a Guard", getattr(self, field.name)
             if field.name.endswith("_steps"):
-                if not isinstance(value, int) or isinstance(value, bool) or value < 1:
-                    raise ValueError(
-                        f"{field.name} of a Guard must be a whole number of at least 1, got {shown(value)}"
-                    )
-            else:
-                rule = one_finite if field.name == "lowest_supply" else one_positive
-                object.__setattr__(self, field.name, rule(f"{field.name} of a Guard", value))
+                object.__setattr__(self, field.name, one_whole(name, value, 1, _MOST_STEPS))
+            elif field.name != "lowest_supply":
+                object.__setattr__(self, field.name, one_positive(name, value))
+            elif value is not None:
+                object.__setattr__(self, field.name, one_finite(name, value))
+        if self.response_command > 1.0:
+            raise ValueError(
+                f"response_command of a Guard must be a share of the limit, at most 1, got {self.response_command!r}"
+            )
+
+    def of(self, supply: float) -> Guard:
+        """The guard of a plant with a supply of this gauge pressure [Pa].
+
+        Raises
+        ------
+        ValueError
+            ``lowest_supply`` is not below it: control would end at once.
+        """
+        if self.lowest_supply is None:
+            return replace(self, lowest_supply=0.5 * supply)
+        if self.lowest_supply >= supply:
+            raise ValueError(
+                f"lowest_supply of a Guard must be below the supply's {supply:g} Pa, got {self.lowest_supply:g}"
+            )
+        return self
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,14 +229,21 @@ class PressureLoop:
 
     Raises
     ------
+    TypeError
+        No plant, or no guard.
     ValueError
-        Not one controller a chamber, or a controller with another period than the plant's.
+        Not one controller a chamber, a controller with another period than the plant's, or a guard that asks for more
+        than the supply gives.
     """
 
     def __init__(
         self, pneumatics: Pneumatics, controllers: Controller | Sequence[Controller], *, guard: Guard | None = None
     ) -> None:
-        given = (controllers,) * len(pneumatics) if isinstance(controllers, PID | NeuralPID) else tuple(controllers)
+        of_type("pneumatics", pneumatics, Pneumatics)
+        if guard is not None:
+            of_type("guard", guard, Guard)
+        many = tuple(controllers) if isinstance(controllers, Sequence) else ()
+        given = (controllers,) * len(pneumatics) if isinstance(controllers, PID | NeuralPID) else many
         if len(given) != len(pneumatics) or not all(isinstance(one, PID | NeuralPID) for one in given):
             raise ValueError(f"controllers must be one PID or NeuralPID, or one a chamber ({len(pneumatics)})")
         for one in given:
@@ -202,7 +254,9 @@ class PressureLoop:
         self.pneumatics = pneumatics
         fresh = [one.replaced() for one in given]
         self._core = _core.PressureLoop(
-            pneumatics.plant(), [one._core for one in fresh], None if guard is None else astuple(guard)
+            pneumatics.plant(),
+            [one._core for one in fresh],
+            None if guard is None else astuple(guard.of(pneumatics.supply.pressure)),
         )
 
     @property

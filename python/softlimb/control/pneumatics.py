@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softlimb import _core
-from softlimb.arguments import finite_array, one_finite, one_not_negative, one_positive, shown
+from softlimb.arguments import finite_array, of_type, one_finite, one_not_negative, one_positive, one_whole, shown
 from softlimb.limb import Limb
 from softlimb.tube import Tube
 from softlimb.units import kPa, m, mm, ms
@@ -27,6 +27,7 @@ Part = TypeVar("Part")
 _REFERENCE_DENSITY = 1.185  # [kg/m^3], air at 100 kPa, 20 C, 65 % humidity, ISO 8778
 LITRE_PER_MINUTE = _REFERENCE_DENSITY * 1e-3 / 60.0
 """One litre a minute of air at the reference atmosphere [kg/s]."""
+_MOST_SUBSTEPS = 1000  # the error halves with the step, and is below a pascal long before: more costs time alone
 
 
 def _checked(
@@ -268,7 +269,7 @@ class Pneumatics:
         Of a step of the controllers [s].
     substeps : int
         Implicit steps within it. Four of 0.25 ms follow a step of pressure to a few tens of pascals, a fifth of a code
-        of the converter (``tests/benchmarks/bench_control.py``).
+        of the converter (``tests/benchmarks/bench_control.py``). At most 1000: the error is far below a pascal there.
     dump_conductance : float
         Of the normally open valve at each line that vents it when control gives up [m^3/(s Pa)]. Assumption: 2e-9.
     seed : int
@@ -276,6 +277,8 @@ class Pneumatics:
 
     Raises
     ------
+    TypeError
+        Chambers, gas or supply are something else.
     ValueError
         A number is out of range, a sequence has not one entry a chamber, or the reservoir is too small for the step.
 
@@ -298,6 +301,7 @@ class Pneumatics:
         dump_conductance: float = 2e-9,
         seed: int = 0,
     ) -> None:
+        of_type("chambers", chambers, Limb, Sequence)
         parts = chambers._tubes if isinstance(chambers, Limb) else tuple(chambers)
         made: dict[Tube, Chamber] = {}
         for part in parts:
@@ -312,16 +316,16 @@ class Pneumatics:
         self.valves = _each("valve", Valve, valve, count)
         self.lines = _each("line", Line, line, count)
         self.sensors = _each("sensor", Sensor, sensor, count)
+        if gas is not None:
+            of_type("gas", gas, Gas)
+        if supply is not None:
+            of_type("supply", supply, Supply)
         self.gas = Gas() if gas is None else gas
         self.supply = Supply() if supply is None else supply
         self.period = one_positive("period", period)
-        if not isinstance(substeps, int) or isinstance(substeps, bool) or substeps < 1:
-            raise ValueError(f"substeps must be a whole number of at least 1, got {shown(substeps)}")
-        self.substeps = substeps
+        self.substeps = one_whole("substeps", substeps, 1, _MOST_SUBSTEPS)
         self.dump_conductance = one_not_negative("dump_conductance", dump_conductance)
-        if not isinstance(seed, int) or isinstance(seed, bool) or not 0 <= seed < 2**63:
-            raise ValueError(f"seed must be a whole number that is not negative, got {shown(seed)}")
-        self.seed = seed
+        self.seed = one_whole("seed", seed, 0, 2**63 - 1)
 
     def __len__(self) -> int:
         return len(self.chambers)

@@ -13,7 +13,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softlimb.arguments import finite_of_shape, one_not_negative, one_positive, shown, truth
+from softlimb.arguments import (
+    finite_of_shape,
+    function,
+    of_type,
+    one_finite,
+    one_not_negative,
+    one_of,
+    one_positive,
+    one_whole,
+    real_array,
+    truth,
+)
 from softlimb.control.controllers import PID, NeuralPID
 from softlimb.control.loop import Fault, Guard, PressureLoop, Trace
 from softlimb.control.pneumatics import Pneumatics
@@ -30,6 +41,8 @@ __all__ = ["Incident", "PoseSensor", "PostureControl", "PostureRun", "TipErrors"
 
 Array = NDArray[np.float64]
 
+_POSE_FAULTS = ("none", "not_finite", "stuck")
+
 
 @dataclass
 class PoseSensor:
@@ -44,6 +57,11 @@ class PoseSensor:
     seed : int
     fault : {"none", "not_finite", "stuck"}
         As a test sets it on its way.
+
+    Raises
+    ------
+    ValueError
+        Noise that is negative or not finite, a seed that is no whole number, an unknown fault.
     """
 
     position_noise: float = 0.5 * mm
@@ -54,18 +72,30 @@ class PoseSensor:
     def __post_init__(self) -> None:
         self.position_noise = one_not_negative("position_noise", self.position_noise)
         self.rotation_noise = one_not_negative("rotation_noise", self.rotation_noise)
+        self.seed = one_whole("seed of a PoseSensor", self.seed, 0)
+        one_of("fault of a PoseSensor", self.fault, _POSE_FAULTS)
         self._rng = np.random.default_rng(self.seed)
         self._last = np.eye(4)
 
     def read(self, pose: Array) -> Array:
-        """A reading of a pose, shape (4, 4)."""
+        """A reading of a pose, shape (4, 4); that of a limb which is lost holds NaN.
+
+        Raises
+        ------
+        ValueError
+            The pose has another shape, or ``fault`` was set to something unknown.
+        """
+        one_of("fault of a PoseSensor", self.fault, _POSE_FAULTS)
+        pose = real_array("pose", pose)
+        if pose.shape != (4, 4):
+            raise ValueError(f"pose has shape {pose.shape}: expected (4, 4)")
         noise = self._rng.standard_normal(6)
         if self.fault == "not_finite":
             return np.full((4, 4), np.nan)
         if self.fault != "stuck":
-            seen = pose.copy()
+            seen = pose
             seen[:3, 3] += self.position_noise * noise[:3]
-            seen[:3, :3] = rotation_matrix(self.rotation_noise * noise[3:]) @ pose[:3, :3]
+            seen[:3, :3] = rotation_matrix(self.rotation_noise * noise[3:]) @ seen[:3, :3]
             self._last = seen
         return self._last
 
@@ -90,7 +120,8 @@ class PostureControl:
     max_pressure, prefer : float
         Of the search for pressures [Pa]: the bound, and what they are kept near to.
     patience : float
-        How long the target may be out of reach, and the tip unseen, until control ends [s].
+        How long the target may be out of reach, the tip unseen, or the correction at its bound
+        while the tip comes no nearer by a tenth, until control ends [s].
 
     Raises
     ------
@@ -122,13 +153,24 @@ class Incident:
     Parameters
     ----------
     time : float
-        [s], since the task began.
+        [s], since the task began; negative while it settles.
     happens : callable
         Takes the pressure loop and the pose sensor, and changes them.
+
+    Raises
+    ------
+    TypeError
+        ``happens`` is no function.
+    ValueError
+        The time is not finite.
     """
 
     time: float
     happens: Callable[[PressureLoop, PoseSensor], None]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "time", one_finite("time of an Incident", self.time))
+        function("happens of an Incident", self.happens)
 
 
 @dataclass(frozen=True)
@@ -221,15 +263,56 @@ class PostureRun:
 class _Corrector:
     """The model's inverse on the way in, an integral of what is seen on the way back."""
 
-    def __init__(self, limb: Limb, control: PostureControl, gravity: Array) -> None:
+    def __init__(self, limb: Limb, control: PostureControl, gravity: Array, first: Array) -> None:
         self.limb, self.control, self.gravity = limb, control, gravity
         self.prefer = np.full(len(limb._tubes), control.prefer)
         self.correction = np.zeros(3)
         self.pressures = np.zeros(len(limb._tubes))
-        self.answer: Reach | None = None
-        self.reached = True
-        self.unreached = self.unseen = self.unchanged = 0
+        # Where to begin is looked for everywhere, which may take a second: before the clock starts. A step must end in
+        # time: what the answer before does not lead to is not looked for anywhere else.
+        self.answer = self._search(first, None, STARTS)
+        self.missed = self._miss_of(self.answer)
+        self.reached = self.answer.reached
+        self.unreached = self.unseen = self.unchanged = self.bounded = 0
+        self.nearest = np.inf  # distance of the tip from its target while the correction is at its bound [m]
         self.last: Array | None = None
+
+    def _count_bounded(self, bounded: bool, away: float) -> None:
+        """Steps at the bound since the tip last came nearer by a tenth: a slow plant on its way is no fault."""
+        if not bounded:
+            self.bounded, self.nearest = 0, np.inf
+        elif away < 0.9 * self.nearest:
+            self.bounded, self.nearest = 1, away
+        else:
+            self.bounded += 1
+
+    @staticmethod
+    def _miss_of(found: Reach) -> Reach | None:
+        return found if found.status in ("no_progress", "singular_jacobian") else None
+
+    def _next(self, position: Array) -> Reach:
+        """Search from the answer before, unless the last search says how this one ends.
+
+        The distance of a place from all that is in reach changes by no more than the place moves: what was out of reach
+        by ten times as much as it moved still is. A search that fails takes longer than a step may.
+        """
+        missed = self.missed
+        if missed is not None and np.linalg.norm(position - missed.target[:3, 3]) < 0.1 * missed.error.position:
+            return missed
+        found = self._search(position, self.answer, 0)
+        self.missed = self._miss_of(found)
+        return found
+
+    def _search(self, position: Array, start: Reach | None, starts: int) -> Reach:
+        return self.limb.reach(
+            position=position,
+            max_pressure=self.control.max_pressure,
+            prefer=self.prefer,
+            tolerance=1e-5,  # of the length: a hundredth of a millimetre
+            start=start,
+            starts=starts,
+            gravity=self.gravity,
+        )
 
     def step(self, wanted: Array, expected: Array, seen: Array) -> tuple[str, str] | None:
         """Pressures for a place; the name and detail of a fault that lasted too long, else None."""
@@ -244,18 +327,10 @@ class _Corrector:
         if control.closed and finite and not same:
             self.correction = before + control.gain * control.period * (expected - seen[:3, 3])
             size = float(np.linalg.norm(self.correction))
+            self._count_bounded(size > control.largest, float(np.linalg.norm(expected - seen[:3, 3])))
             if size > control.largest:
                 self.correction = self.correction * (control.largest / size)
-        found = self.limb.reach(
-            position=wanted + self.correction,
-            max_pressure=control.max_pressure,
-            prefer=self.prefer,
-            tolerance=1e-5,  # of the length: a hundredth of a millimetre
-            start=self.answer,
-            # A step must end in time: what the answer before does not lead to is not looked for anywhere else.
-            starts=0 if self.answer is not None else STARTS,
-            gravity=self.gravity,
-        )
+        found = self._next(wanted + self.correction)
         self.reached = found.reached
         if found.reached:
             self.answer, self.pressures, self.unreached = found, found.pressures, 0
@@ -265,6 +340,9 @@ class _Corrector:
             self.unreached += 1
         if self.unreached >= patience:
             return "out_of_reach", found.message
+        if self.bounded >= patience:
+            away = float(np.linalg.norm(expected - seen[:3, 3]))
+            return "correction_limit", f"{away / mm:.0f} mm off at a correction of {control.largest / mm:.0f} mm"
         if control.closed and self.unseen >= patience:
             return "pose_not_finite", ""
         if control.closed and self.unchanged >= patience:
@@ -308,6 +386,7 @@ def run_task(
     gravity : array_like, shape (3,)
         [m/s^2]; the default hangs.
     incidents : sequence of Incident
+        At times within the run, settling and ``after`` included.
     settling : float
         Before the task, at its start [s]; does not count.
     after : float
@@ -322,20 +401,36 @@ def run_task(
 
     Raises
     ------
+    TypeError
+        An argument is something else.
     ValueError
-        The outer period is no multiple of the inner one, a sequence has a wrong length, a number is out of range.
+        The outer period is no multiple of the inner one, or longer than the task; a sequence has a wrong length; an
+        incident is not within the run; the task begins nowhere; a number is out of range.
 
     Notes
     -----
     The limb is quasi-static: each outer step solves the posture at the true pressures, from the one before. MECHANICS,
     "Control".
     """
+    of_type("limb", limb, Limb)
+    of_type("task", task, Task)
+    of_type("incidents", incidents, Sequence)
+    optional: tuple[tuple[str, object, type], ...] = (
+        ("control", control, PostureControl),
+        ("perturbation", perturbation, Perturbation),
+        ("pneumatics", pneumatics, Pneumatics),
+        ("controllers", controllers, Sequence),
+        ("guard", guard, Guard),
+        ("sensor", sensor, PoseSensor),
+    )
+    for argument, given, kind in optional:
+        if given is not None:
+            of_type(argument, given, kind)
     control = PostureControl() if control is None else control
     perturbation = Perturbation.none(limb) if perturbation is None else perturbation
     sensor = PoseSensor() if sensor is None else sensor
     pull = finite_of_shape("gravity", gravity, (3,))
-    if not isinstance(keep, int) or isinstance(keep, bool) or keep < 1:
-        raise ValueError(f"keep must be a whole number of at least 1, got {shown(keep)}")
+    keep = one_whole("keep", keep, 1)
     true = TrueLimb(limb, perturbation, pull)
     plant = Pneumatics(limb) if pneumatics is None else pneumatics
     if len(plant) != len(limb._tubes):
@@ -349,11 +444,25 @@ def run_task(
     offsets = zip(plant.sensors, perturbation.pressure_offset, strict=True)
     real = plant.replaced(sensor=[replace(one, offset=one.offset + float(off)) for one, off in offsets])
     loop = PressureLoop(real, known, guard=Guard() if guard is None else guard)
-    corrector = _Corrector(limb, control, pull)
 
     begin = -round(one_not_negative("settling", settling) / control.period)
     end = round((task.seconds + one_not_negative("after", after)) / control.period)
     last_step = round(task.seconds / control.period)
+    if last_step < 1:
+        raise ValueError(
+            f"seconds of a Task must be at least a period of the outer loop, {control.period:g} s, got {task.seconds:g}"
+        )
+    for number, incident in enumerate(incidents):
+        of_type(f"incidents[{number}]", incident, Incident)
+        if not begin * control.period <= incident.time < end * control.period:
+            raise ValueError(
+                f"time of incidents[{number}] must be within the run, {begin * control.period:g} to "
+                f"{end * control.period:g} s, got {incident.time:g}"
+            )
+    # What the task asks for at its start is looked at here; what it asks for later is a fault if it is no place.
+    place = finite_of_shape("place at the start of the task", task.place(0.0), (3,))
+    load = finite_of_shape("load at the start of the task", task.force(0.0), (3,))
+    corrector = _Corrector(limb, control, pull, place)
     waiting = sorted(incidents, key=lambda one: one.time)
     rows: dict[str, list[Any]] = {
         name: []
@@ -377,15 +486,23 @@ def run_task(
             waiting.pop(0).happens(loop, sensor)
         seen = sensor.read(tip)
         began, cpu_began = clock.perf_counter(), clock.thread_time()
+        wanted, expected = task.place(now), task.place(now - control.lag)
         if not loop.vented:
-            found = corrector.step(task.place(now), task.place(now - control.lag), seen)
+            is_place = np.isfinite([wanted, expected]).all()
+            found = corrector.step(wanted, expected, seen) if is_place else ("task_not_finite", "offset")
             if found is not None:
                 faults.append(Fault(now, found[0], None, found[1]))
                 loop.vent()
         taken = clock.perf_counter() - began, clock.thread_time() - cpu_began
         traces.append(loop.run(np.tile(corrector.pressures, (ticks, 1))))
         then = now + control.period
-        load = task.load(then)
+        force, ahead = task.force(then), task.place(then)
+        if not np.isfinite(force).all() and not loop.vented:
+            faults.append(Fault(then, "task_not_finite", None, "load"))
+            loop.vent()
+        # What is no number is left out of the record: the last that was one stands there.
+        load = force if np.isfinite(force).all() else load
+        place = ahead if np.isfinite(ahead).all() else place
         if posture.success:
             moved = true.solve(np.maximum(loop.plant.pressures, 0.0), load, posture)
             if not (moved.success and moved.stable) and not loop.vented:
@@ -393,7 +510,7 @@ def run_task(
                 loop.vent()
             posture = moved
             tip = true.tip_of(posture) if posture.success else np.full((4, 4), np.nan)
-        values = (then, task.place(then), tip, seen, corrector.pressures, loop.plant.pressures, load)
+        values = (then, place, tip, seen, corrector.pressures, loop.plant.pressures, load)
         for name, value in zip(rows, (*values, *taken, corrector.reached), strict=True):
             rows[name].append(value)
         if (k - begin) % keep == 0:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softlimb.arguments import finite_array, one_positive
+from softlimb.arguments import finite_array, of_type, one_positive
 from softlimb.units import kPa, ms
 
 __all__ = ["SIGNALS", "Signal", "ramp", "sine", "staircase", "steps"]
@@ -30,11 +30,27 @@ class Signal:
         Gauge pressures [Pa].
     period : float
         Of a step [s].
+
+    Raises
+    ------
+    TypeError
+        The name is no text.
+    ValueError
+        Targets are not finite, not of two dimensions, or none; the period is not positive.
     """
 
     name: str
     targets: Array
     period: float
+
+    def __post_init__(self) -> None:
+        of_type("name of a Signal", self.name, str)
+        object.__setattr__(self, "targets", finite_array("targets of a Signal", self.targets))
+        if self.targets.ndim != 2 or not self.targets.size:
+            raise ValueError(
+                f"targets of a Signal must be (steps, actuators), at least one each, got shape {self.targets.shape}"
+            )
+        object.__setattr__(self, "period", one_positive("period of a Signal", self.period))
 
     @property
     def seconds(self) -> float:
@@ -60,6 +76,8 @@ def _goal(goal: ArrayLike) -> Array:
 def _held(name: str, goal: ArrayLike, factors: tuple[float, ...], hold: float, period: float) -> Signal:
     pressures = _goal(goal)
     count = round(one_positive("hold", hold) / one_positive("period", period))
+    if not count:
+        raise ValueError(f"hold must be at least a period of {period:g} s, got {hold:g}")
     return Signal(name, np.repeat(factors, count)[:, None] * pressures, period)
 
 

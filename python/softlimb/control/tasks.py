@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softlimb.arguments import finite_of_shape, one_not_negative, one_positive
+from softlimb.arguments import (
+    finite_of_shape,
+    function,
+    of_type,
+    one_finite,
+    one_not_negative,
+    one_positive,
+    real_array,
+)
 from softlimb.units import mm
 
 __all__ = ["TASKS", "Task", "carry", "circle", "eight", "still"]
@@ -18,6 +26,9 @@ Array = NDArray[np.float64]
 
 HOME = (0.0, 0.0, 730 * mm)
 """Where the tip of the reference limb hangs at 30 kPa in all actuators, about."""
+
+LENGTH = 650 * mm
+"""Of the reference limb, which the offsets below are for; see `Task.scaled`."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +47,13 @@ class Task:
         Where the offsets count from [m].
     phases : tuple of (float, str)
         When what begins [s], for pictures.
+
+    Raises
+    ------
+    TypeError
+        ``offset`` or ``load`` is no function, a name no text.
+    ValueError
+        The time is not finite and positive, or ``home`` no place.
     """
 
     name: str
@@ -45,10 +63,43 @@ class Task:
     home: tuple[float, float, float] = HOME
     phases: tuple[tuple[float, str], ...] = ()
 
+    def __post_init__(self) -> None:
+        of_type("name of a Task", self.name, str)
+        object.__setattr__(self, "seconds", one_positive("seconds of a Task", self.seconds))
+        for name in ("offset", "load"):
+            function(f"{name} of a Task", getattr(self, name))
+        home = finite_of_shape("home of a Task", self.home, (3,))
+        object.__setattr__(self, "home", (float(home[0]), float(home[1]), float(home[2])))
+        for time, phase in self.phases:
+            one_finite("time of a phase of a Task", time)
+            of_type("name of a phase of a Task", phase, str)
+
     def place(self, time: float) -> Array:
-        """Where the tip is wanted [m]; before the start and after the end it is where the path starts and ends."""
-        place: Array = np.asarray(self.home) + self.offset(min(max(time, 0.0), self.seconds))
-        return place
+        """Where the tip is wanted [m]; before the start and after the end it is where the path starts and ends.
+
+        Raises
+        ------
+        ValueError
+            The offset is not three numbers; they may be NaN.
+        """
+        return np.asarray(self.home) + _three("offset", self.offset(min(max(time, 0.0), self.seconds)))
+
+    def scaled(self, factor: float) -> Task:
+        """The same with all offsets times a factor, for a limb of another length than the one it was made for."""
+        times = one_positive("factor", factor)
+        return replace(self, offset=lambda time: times * _three("offset", self.offset(time)))
+
+    def force(self, time: float) -> Array:
+        """Load at a time [N], shape (3,); errors as for `place`."""
+        return _three("load", self.load(time))
+
+
+def _three(name: str, value: ArrayLike) -> Array:
+    """Three numbers that a task gave; where they are NaN it is for the loop to say what follows."""
+    array = real_array(f"{name} of the task", value)
+    if array.shape != (3,):
+        raise ValueError(f"{name} of the task has shape {array.shape}: expected (3,)")
+    return array
 
 
 def _no_load(_: float) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from softlimb import _core
-from softlimb.arguments import finite_of_shape, one_not_negative, shown
+from softlimb.arguments import finite_array, finite_of_shape, of_type, one_not_negative, one_whole, positive_array
 from softlimb.limb import Limb, _Scene
 from softlimb.posture import Posture
 from softlimb.sweep import rotation_matrix
@@ -38,6 +38,11 @@ class Perturbation:
         What the pressure sensors read too much [Pa].
     tilt : array, shape (3,)
         Rotation vector of the base [rad].
+
+    Raises
+    ------
+    ValueError
+        A number is not finite or out of range, or arrays of actuators differ in length.
     """
 
     bending: Array
@@ -46,6 +51,25 @@ class Perturbation:
     plate_mass: Array
     pressure_offset: Array
     tilt: Array
+
+    def __post_init__(self) -> None:
+        for name in ("bending", "axial", "strain", "plate_mass", "pressure_offset", "tilt"):
+            rule = positive_array if name in ("bending", "axial") else finite_array
+            object.__setattr__(self, name, rule(f"{name} of a Perturbation", getattr(self, name)))
+        for name in ("strain", "plate_mass"):
+            if (getattr(self, name) < 0.0).any():
+                raise ValueError(f"{name} of a Perturbation must not be negative, got {getattr(self, name).tolist()}")
+        for name in ("bending", "plate_mass"):
+            if getattr(self, name).ndim != 1:
+                raise ValueError(f"{name} of a Perturbation must be a row, got shape {getattr(self, name).shape}")
+        for name in ("axial", "strain", "pressure_offset"):
+            finite_of_shape(f"{name} of a Perturbation", getattr(self, name), self.bending.shape)
+        finite_of_shape("tilt of a Perturbation", self.tilt, (3,))
+        if np.linalg.norm(self.tilt) > np.pi:
+            raise ValueError(
+                f"tilt of a Perturbation must be within a half turn, got {self.tilt.tolist()} (was it given in "
+                "degrees? multiply by units.deg)"
+            )
 
     @classmethod
     def none(cls, limb: Limb) -> Perturbation:
@@ -76,8 +100,7 @@ class Perturbation:
         ValueError
             A bound is negative, or the seed is no whole number.
         """
-        if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
-            raise ValueError(f"seed must be a whole number that is not negative, got {shown(seed)}")
+        seed = one_whole("seed", seed, 0)
         names = {"stiffness": stiffness, "strain": strain, "plate_mass": plate_mass, "pressure": pressure, "tilt": tilt}
         bound = {name: one_not_negative(name, value) for name, value in names.items()}
         rng = np.random.default_rng(seed)
@@ -113,6 +136,9 @@ class TrueLimb:
     def __init__(self, limb: Limb, perturbation: Perturbation, gravity: ArrayLike) -> None:
         if len(limb._tubes) != len(limb._members) or not limb._tubes:
             raise ValueError("a limb that is controlled by pressures must be made of tubes only")
+        of_type("perturbation", perturbation, Perturbation)
+        finite_of_shape("bending of a Perturbation", perturbation.bending, (len(limb._tubes),))
+        finite_of_shape("plate_mass of a Perturbation", perturbation.plate_mass, (len(limb.segments),))
         self.limb = limb
         self.perturbation = perturbation
         self.base = rotation_matrix(perturbation.tilt)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from softlimb.arguments import one_positive, positive_array, shown
+from softlimb.arguments import finite_of_shape, of_type, one_positive, one_whole, positive_array
 from softlimb.control.controllers import PID, Learning, NeuralPID
 from softlimb.control.disturbances import follow
 from softlimb.control.metrics import metrics
@@ -63,22 +63,30 @@ def step_test(
     Raises
     ------
     ValueError
-        A pressure does not pass both values within five seconds.
+        The command is not within 0 and 1, the values are not two that rise, or a pressure does not pass both of them
+        within five seconds.
     """
+    if one_positive("command", command) > 1.0:
+        raise ValueError(f"command must be at most 1, a valve that is fully open, got {command:g}")
+    low, high = finite_of_shape("between", between, (2,))
+    if not 0.0 < low < high:
+        raise ValueError(f"between must be two rising pressures above zero, got {low:g} and {high:g}")
     plant = pneumatics.plant()
     rows = []
     for _ in range(round(5.0 / pneumatics.period)):
         plant.advance(np.full(len(pneumatics), command))
         rows.append(plant.pressures)
-        if rows[-1].min() > between[1]:
+        if rows[-1].min() > high:
             break
     pressures = np.array(rows)
     time = np.arange(1, len(rows) + 1) * pneumatics.period
     found = []
     for channel, row in enumerate(pressures.T):
-        inside = (row > between[0]) & (row < between[1])
-        if row[-1] <= between[1] or inside.sum() < 3:
-            raise ValueError(f"channel {channel} does not rise through {between} Pa at a command of {command:g}")
+        inside = (row > low) & (row < high)
+        if row[-1] <= high or inside.sum() < 3:
+            raise ValueError(
+                f"channel {channel} does not rise through {low:g} to {high:g} Pa at a command of {command:g}"
+            )
         slope, offset = np.polyfit(time[inside], row[inside], 1)
         # The loop acts once a period: half of it is a delay of its own.
         found.append(StepTest(float(slope / command), float(-offset / slope + 0.5 * pneumatics.period)))
@@ -104,7 +112,9 @@ def simc(pneumatics: Pneumatics, **options: Any) -> list[PID]:
 
 
 def mean_iae(pneumatics: Pneumatics, controllers: Sequence[PID | NeuralPID], signals: Sequence[Signal]) -> float:
-    """Mean over the signals of the integral of |error| [Pa s], no disturbance."""
+    """Mean over the signals of the integral of |error| [Pa s], no disturbance; ValueError where there is no signal."""
+    if not len(signals):
+        raise ValueError("signals must be at least one, got none")
     return float(np.mean([metrics(follow(pneumatics, controllers, signal), signal).iae for signal in signals]))
 
 
@@ -137,8 +147,8 @@ def _searched(
     evaluations: int,
 ) -> Tuned:
     """Half the evaluations by locally biased DIRECT within the bounds, the rest by Subplex from the best of all."""
-    if not isinstance(evaluations, int) or isinstance(evaluations, bool) or evaluations < 10:
-        raise ValueError(f"evaluations must be a whole number of at least 10, got {shown(evaluations)}")
+    evaluations = one_whole("evaluations", evaluations, 10)
+    of_type("signals", signals, Sequence)
     try:
         nlopt: Any = import_module("nlopt")
     except ModuleNotFoundError:
@@ -235,7 +245,8 @@ class LearningLimit:
     """Where learning stops to settle.
 
     A valve has limits, so a pressure does not run away where the weights do: the valve slams between its limits, a
-    thousand times a second if it must. What tells is the command while the target stands still.
+    thousand times a second if it must. What tells is the command while the target stands still, beside that of the
+    same weights that do not learn: where those do not hold the target either, no learning rate is to blame.
 
     Parameters
     ----------
@@ -243,12 +254,15 @@ class LearningLimit:
         Tried, rising.
     chatter : array, shape (n,)
         Root mean square of the command in the last second of a constant target; mean over the chambers.
+    unlearned : float
+        The same at a rate of zero.
     growth : array, shape (n,)
         Largest weight at the end over the largest at the start.
     iae : array, shape (n,)
         Mean over the chambers of the integral of |error| [Pa s].
     limit : float or None
-        Least rate found with a chatter above ``threshold``, by bisection; None where there is none.
+        Least rate found with a chatter above ``threshold``, by bisection; None where there is none, or where the target
+        is not held without learning, see `held`.
     threshold : float
     """
 
@@ -258,6 +272,12 @@ class LearningLimit:
     iae: Array
     limit: float | None
     threshold: float
+    unlearned: float
+
+    @property
+    def held(self) -> bool:
+        """The first weights hold the target without learning."""
+        return self.unlearned <= self.threshold
 
 
 def learning_limit(
@@ -276,25 +296,28 @@ def learning_limit(
     start : sequence of PID
         Weights to start from.
     goal : float
-        Four seconds up and down a staircase to this, then two seconds at it [Pa].
+        Four seconds up and down a staircase to this, then four seconds at it [Pa].
     rates : array_like, optional
         Common rates of the three weights to try, rising. Default: 1e-4 to 1e6, two a decade.
     threshold : float
-        Chatter of a command that no longer settles; of noise alone it is a few hundredths.
+        Chatter of a command that no longer settles, between 0 and 1; of noise alone it is a few hundredths.
     **options
         Of `NeuralPID`: ``learning``, ``sign``, ``slope``. Weights are free up to 1e12 either way.
 
     Raises
     ------
     ValueError
-        Rates that are not positive or do not rise.
+        Rates that are not positive or do not rise; a threshold that no command exceeds, or every one.
     """
+    if not one_positive("threshold", threshold) < 1.0:
+        raise ValueError(f"threshold must be below 1, the largest command, got {threshold:g}")
     tried = positive_array("rates", 10.0 ** np.arange(-4.0, 6.01, 0.5) if rates is None else rates)
     if tried.ndim != 1 or not len(tried) or not (np.diff(tried) > 0.0).all():
         raise ValueError(f"rates must be a rising row, got {tried.tolist()}")
     goals = np.full(len(pneumatics), one_positive("goal", goal))
     stairs = staircase(goals, period=pneumatics.period)
-    held = np.tile(goals, (round(2.0 / pneumatics.period), 1))
+    # Three seconds before it counts: what is still on its way then, is so without learning as well.
+    held = np.tile(goals, (round(4.0 / pneumatics.period), 1))
     signal = Signal("hold", np.vstack([stairs.targets, held]), pneumatics.period)
     last = round(1.0 / pneumatics.period)
 
@@ -304,14 +327,15 @@ def learning_limit(
         growth = np.abs(trace.weights[-1]).max() / max(max(np.abs(one.weights)) for one in start)
         return float(chatter), float(growth), metrics(trace, signal).iae
 
+    unlearned = looked_at(0.0)[0]
     rows = np.array([looked_at(rate) for rate in tried])
     wild = np.flatnonzero(rows[:, 0] > threshold)
     limit: float | None = None
-    if wild.size:
+    if wild.size and unlearned <= threshold:
         high = float(tried[wild[0]])
         low = float(tried[wild[0] - 1]) if wild[0] > 0 else high
         for _ in range(5):  # half a decade in 32 parts: to 4 %
             middle = float(np.sqrt(low * high))
             low, high = (low, middle) if looked_at(middle)[0] > threshold else (middle, high)
         limit = high
-    return LearningLimit(tried, rows[:, 0], rows[:, 1], rows[:, 2], limit, threshold)
+    return LearningLimit(tried, rows[:, 0], rows[:, 1], rows[:, 2], limit, threshold, unlearned)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from softlimb.arguments import one_positive
 from softlimb.control import LearningLimit, PostureRun, Trace
 from softlimb.plot import style
-from softlimb.plot.limb import side_view
+from softlimb.plot.limb import colour_bar, side_view
 from softlimb.units import kPa, mm
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ _LINES: tuple[dict[str, Any], ...] = (
 _MOST_POINTS = 4000  # of a line: more than the picture has pixels
 
 
-def pressure_control(trace: Trace, channels: Sequence[int] = (0,)) -> Figure:
+def pressure_control(trace: Trace, channels: Sequence[int] = (0,), *, title: str | None = None) -> Figure:
     """Pressures with their targets, valve commands, and weights, over time.
 
     Parameters
@@ -38,6 +38,8 @@ def pressure_control(trace: Trace, channels: Sequence[int] = (0,)) -> Figure:
     trace : Trace
     channels : sequence of int
         Actuators to show, from 0 in flat order; four at most. Weights are those of the first.
+    title : str, optional
+        Which controller, signal and disturbance these are, which the trace does not know.
 
     Returns
     -------
@@ -57,9 +59,7 @@ def pressure_control(trace: Trace, channels: Sequence[int] = (0,)) -> Figure:
     time = trace.time[::step]
     for line, channel in zip(_LINES, channels, strict=False):
         pressures.plot(time, trace.targets[::step, channel] / kPa, color="0.55", linewidth=2.6, alpha=0.6)
-        pressures.plot(
-            time, trace.pressures[::step, channel] / kPa, linewidth=1.2, label=f"actuator {channel + 1}", **line
-        )
+        pressures.plot(time, trace.pressures[::step, channel] / kPa, linewidth=1.2, label=f"actuator {channel}", **line)
         commands.plot(time, trace.commands[::step, channel], linewidth=0.8, **line)
     pressures.plot([], [], color="0.55", linewidth=2.6, alpha=0.6, label="target")
     for number, line in enumerate(_LINES[:3]):
@@ -68,13 +68,16 @@ def pressure_control(trace: Trace, channels: Sequence[int] = (0,)) -> Figure:
     style.finish(pressures, "", "gauge pressure [kPa]")
     style.finish(commands, "", "command")
     commands.set_ylim(-1.1, 1.1)
-    style.finish(weights, "time [s]", f"weights, actuator {channels[0] + 1}")
+    style.finish(weights, "time [s]", f"weights, actuator {channels[0]}")
     for ax in (pressures, weights):
         _legend(ax, 5)
     for fault in trace.faults:
         for ax in (pressures, commands):
             ax.axvline(fault.time, color=style.LOAD_COLOUR, linewidth=1.2)
-        pressures.set_title(fault.message, color=style.LOAD_COLOUR, fontsize=style.FONT_SIZE, loc="left")
+    if title is not None:
+        figure.suptitle(title, fontsize=style.FONT_SIZE + 1.0, x=0.01, ha="left")
+    if trace.faults:
+        figure.supxlabel(trace.faults[0].message, color=style.LOAD_COLOUR, fontsize=style.FONT_SIZE, x=0.01, ha="left")
     return figure
 
 
@@ -159,16 +162,29 @@ def tip_path(runs: Mapping[str, PostureRun]) -> Figure:
     first = next(iter(runs.values()))
     wanted = first.wanted[first.time > 0.0] / mm
     space.plot(*wanted.T, color="0.55", linewidth=3.0, alpha=0.6, label="wanted")
+    vented: list[str] = []
     for line, (name, run) in zip(_LINES, runs.items(), strict=False):
         rows = run.time > 0.0
         space.plot(*(run.tip[rows, :3, 3] / mm).T, linewidth=1.2, label=name, **line)
         time.plot(run.time[rows], run.distances[rows] / mm, linewidth=1.2, **line)
+        if run.faults:  # from there on nobody controls, and the limb hangs by itself
+            end = run.faults[0].time
+            at = int(np.argmin(np.abs(run.time - end)))
+            time.plot(end, run.distances[at] / mm, marker="X", markersize=7.0, linestyle="none", color=line["color"])
+            vented.append(f"{name}: vented at {end:.2f} s")
     top = 1.16 * time.get_ylim()[1]
     time.set_ylim(0.0, top)
-    time.set_xlim(0.0, 1.12 * first.task.seconds)  # room for the last phase's name
+    # room for the last phase's name
+    time.set_xlim(0.0, max(1.12 * first.task.seconds, *(float(run.time[-1]) for run in runs.values())))
     for number, (start, phase) in enumerate(first.task.phases):  # names in two rows: phases may be short
         time.axvline(start, color="0.6", linewidth=0.8, linestyle=":")
-        time.text(start, (1.0 - 0.05 * (number % 2)) * top, f" {phase}", fontsize=style.FONT_SIZE - 2.0, va="top")
+        text = time.annotate(
+            phase, (start, (1.0 - 0.05 * (number % 2)) * top), (2.5, 0.0), textcoords="offset points",
+            fontsize=style.FONT_SIZE - 2.0, va="top",
+        )  # fmt: skip
+        text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.4})  # the next phase's line may pass behind
+    if vented:
+        time.set_title("\n".join(vented), color=style.LOAD_COLOUR, fontsize=style.FONT_SIZE - 1.0, loc="left")
     style.finish(time, "time [s]", "distance of tip from target [mm]")
     _finish_space(space, first)
     figure.legend(
@@ -186,7 +202,14 @@ def _finish_space(ax: Any, run: PostureRun) -> None:
     ax.view_init(elev=22.0, azim=-58.0)
     spans = [np.ptp(getattr(ax, f"get_{name}lim")()) for name in "xyz"]
     # equal scales, but a level path keeps a height to be seen in
-    ax.set_box_aspect(np.maximum(spans, 0.35 * max(spans)), zoom=0.88)
+    box = np.maximum(spans, 0.35 * max(spans))
+    stretched = [f"{name} x {times:.2g}" for name, times in zip("xyz", box / spans, strict=True) if times > 1.05]
+    if stretched:
+        ax.text2D(
+            0.98, 0.02, f"drawn larger: {', '.join(stretched)}", transform=ax.transAxes, ha="right",
+            fontsize=style.FONT_SIZE - 2.0,
+        )  # fmt: skip
+    ax.set_box_aspect(box, zoom=0.88)
     if run.postures[0].loads["gravity"][2] > 0.0:
         ax.invert_zaxis()
 
@@ -214,7 +237,8 @@ def animation(run: PostureRun, path: str | Path, *, speed: float = 1.0) -> Path:
 
     Notes
     -----
-    In the axes of the true base. Colours show pressure, from pale to dark, on one scale for all pictures.
+    In the axes of the true base. Colours show pressure, from pale to dark, on one scale for all pictures. After a fault
+    the title says "vented" in place of the phase.
     """
     from matplotlib.animation import PillowWriter
 
@@ -232,8 +256,16 @@ def animation(run: PostureRun, path: str | Path, *, speed: float = 1.0) -> Path:
     hangs = run.postures[0].loads["gravity"][2] > 0.0
     frame_time = run.kept * (run.time[1] - run.time[0])
     writer = PillowWriter(fps=max(1, round(one_positive("speed", speed) / frame_time)))
-    figure = style.new_figure(130.0, 110.0, constrained=False)
-    views = [figure.add_axes((0.13 + 0.46 * axis, 0.12, 0.38, 0.76)) for axis in (0, 1)]
+    figure = style.new_figure(160.0, 120.0, constrained=False)
+    views = [figure.add_axes((0.1 + 0.42 * axis, 0.11, 0.33, 0.73)) for axis in (0, 1)]
+    colour_bar(figure, figure.add_axes((0.905, 0.25, 0.014, 0.45)), highest / kPa)
+    vented = run.faults[0] if run.faults else None
+    marks: tuple[tuple[str, dict[str, Any]], ...] = (
+        ("path wanted", {"color": "0.45", "linewidth": 0.8, "linestyle": ":"}),
+        ("path of the tip", {"color": style.PREDICTED["color"], "linewidth": 1.2}),
+        ("wanted now", {"color": style.LOAD_COLOUR, "marker": "x", "markersize": 7.0, "linestyle": "none"}),
+        ("load", {"color": "black", "marker": "v", "markersize": 7.0, "linestyle": "none"}),
+    )
     task_time = run.time > 0.0
     with writer.saving(figure, str(path), dpi=_FILM_DOTS_PER_INCH):
         for k in shown:
@@ -241,24 +273,38 @@ def animation(run: PostureRun, path: str | Path, *, speed: float = 1.0) -> Path:
             for axis, ax in enumerate(views):
                 ax.clear()
                 side_view(run.postures[k], ax, axis, highest=highest)
-                ax.plot(*wanted[task_time][:, [axis, 2]].T, color="0.45", linewidth=0.8, linestyle=":")
-                so_far = task_time & (np.arange(len(tips)) <= now)
-                ax.plot(*tips[so_far][:, [axis, 2]].T, color=style.PREDICTED["color"], linewidth=1.2)
-                ax.plot(*wanted[now, [axis, 2]], color=style.LOAD_COLOUR, marker="x", markersize=7.0, linestyle="none")
-                if run.load[now].any():
-                    ax.plot(*tips[now, [axis, 2]], color="black", marker="v", markersize=7.0, linestyle="none")
+                drawn = {
+                    "path wanted": wanted[task_time],
+                    "path of the tip": tips[task_time & (np.arange(len(tips)) <= now)],
+                    "wanted now": wanted[[now]],
+                    "load": tips[[now]] if run.load[now].any() else np.empty((0, 3)),
+                }
+                lines = [ax.plot(*drawn[name][:, [axis, 2]].T, **look)[0] for name, look in marks]
                 ax.set_xlim(*limits[axis])
                 ax.set_ylim(*(limits[2][::-1] if hangs else limits[2]))
-            views[1].set_ylabel("")
+            if figure.legends:
+                figure.legends[0].remove()
+            names = [name for name, _ in marks]
+            figure.legend(
+                lines, names, loc="upper left", bbox_to_anchor=(0.02, 0.945), ncols=4, frameon=False,
+                fontsize=style.FONT_SIZE - 1.0,
+            )  # fmt: skip
+            over = vented is not None and run.time[now] >= vented.time
             phase = [name for start, name in run.task.phases if start <= run.time[now]]
+            now_on = "vented" if over else phase[-1] if phase else "task"
             load = f", load {np.linalg.norm(run.load[now]):.2g} N" if run.load[now].any() else ""
-            title = f"{run.task.name}: {run.time[now]:4.1f} s, {phase[-1] if phase else 'task'}{load}"
-            figure.suptitle(title, fontsize=style.FONT_SIZE + 1.0, x=0.03, ha="left")
+            figure.suptitle(
+                f"{run.task.name}: {run.time[now]:4.1f} s, {now_on}{load}",
+                fontsize=style.FONT_SIZE + 1.0,
+                color=style.LOAD_COLOUR if over else "black",
+                x=0.03,
+                ha="left",
+            )
             writer.grab_frame()
     return path
 
 
-_FILM_DOTS_PER_INCH = 80
+_FILM_DOTS_PER_INCH = 110
 
 
 def _common_limits(run: PostureRun, shown: Sequence[int], wanted: Array) -> Array:

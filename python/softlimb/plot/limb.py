@@ -72,7 +72,7 @@ def limb(posture: Posture, ax: Axes | None = None, *, loads: bool = True) -> Fig
     if not posture.success:
         figure.suptitle(_warning(posture), color=style.LOAD_COLOUR, fontsize=style.FONT_SIZE + 2.0)
     if posture.pressures is not None:
-        _colour_bar(posture, figure, figure.add_axes((0.915, 0.25, 0.012, 0.5)))
+        colour_bar(figure, figure.add_axes((0.915, 0.25, 0.012, 0.5)), _largest_pressure(posture))
     return figure
 
 
@@ -529,14 +529,15 @@ def _free_corner(limits: Array, reach: Array, corners: Array, camera: _Camera) -
     return best
 
 
-def _colour_bar(posture: Posture, figure: Figure, ax: Axes) -> None:
+def colour_bar(figure: Figure, ax: Axes, highest: float) -> None:
+    """Draw the scale of the tubes' colours into axes, 0 to ``highest`` [kPa]."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import ListedColormap, Normalize
 
     # The same part of the map that the tubes use.
     colours = ListedColormap(colormaps[style.PRESSURE_COLOURS](np.linspace(*style.PRESSURE_SHARE, 128)))
-    bar = figure.colorbar(ScalarMappable(Normalize(0.0, _largest_pressure(posture)), colours), cax=ax)
+    bar = figure.colorbar(ScalarMappable(Normalize(0.0, highest), colours), cax=ax)
     bar.set_label("gauge pressure [kPa]", fontsize=style.FONT_SIZE)
     bar.ax.tick_params(labelsize=style.FONT_SIZE - 1.0)
 

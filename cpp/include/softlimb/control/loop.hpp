@@ -24,7 +24,8 @@ struct Trace {
 
 class PressureLoop {
 public:
-    /// One controller a channel of the plant; guards may be left out (none), else one set of options for all.
+    /// One controller a channel of the plant; guards may be left out (none), else one set of options for all, but for
+    /// the limits of the command: each guard has those of its controller.
     PressureLoop(Plant plant, std::vector<Controller> controllers, const GuardOptions<double>* guards);
 
     /// Runs `steps` periods; `targets` holds a row of gauge pressures for each.

@@ -68,6 +68,7 @@ public:
         seen_ = false;
     }
 
+    constexpr const Common<Real>& common() const { return common_; }
     constexpr const Real* weights() const { return weights_; }
     constexpr const Inputs<Real>& inputs() const { return inputs_; }
 

@@ -102,6 +102,7 @@ public:
         command_ = Real(0);
     }
 
+    constexpr const Common<Real>& common() const { return common_; }
     constexpr const Real* weights() const { return weights_; }
     constexpr const Inputs<Real>& inputs() const { return inputs_; }
 
