@@ -19,8 +19,9 @@ std::vector<int> integrator_orders() {
     return orders;
 }
 
-py::typing::Tuple<Vector3Numbers, std::array<Vector3Numbers, 3>, Vector6Numbers> rod_end(const Section& section, double length, const Vector6Numbers& wrench,
-                                                            const Vector3Numbers& line_force, int order, int steps) {
+py::typing::Tuple<Vector3Numbers, std::array<Vector3Numbers, 3>, Vector6Numbers> rod_end(
+    const Section& section, double length, const Vector6Numbers& wrench, const Vector3Numbers& line_force, int order,
+    int steps) {
     require_positive("length", length);
     if (steps < 1) reject("steps", steps, "at least 1");
     const rod::RodPiece piece{&section, length, {{line_force[0], line_force[1], line_force[2]}, {}}};
@@ -32,7 +33,8 @@ py::typing::Tuple<Vector3Numbers, std::array<Vector3Numbers, 3>, Vector6Numbers>
     for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) rotation[r][c] = pose.rotation(r, c);
     for (int k = 0; k < 6; ++k) end_wrench[k] = end.wrench(k);
-    return py::make_tuple(Vector3Numbers{pose.position.x(), pose.position.y(), pose.position.z()}, rotation, end_wrench);
+    return py::make_tuple(Vector3Numbers{pose.position.x(), pose.position.y(), pose.position.z()}, rotation,
+                          end_wrench);
 }
 
 }  // namespace
@@ -49,8 +51,9 @@ void bind_rod(py::module_& m) {
             return names;
         },
         "Those that this machine has, plainest first.");
-    m.def("use_instruction_set", &rod::lanes::use, py::arg("name"),
-          "Integrates with another one from now on; ValueError when the machine has it not. Answers agree to rounding.");
+    m.def(
+        "use_instruction_set", &rod::lanes::use, py::arg("name"),
+        "Integrates with another one from now on; ValueError when the machine has it not. Answers agree to rounding.");
     m.def("integrator_orders", &integrator_orders, "Orders of the integrators in the list.");
     m.def("rod_end", &rod_end, py::arg("section"), py::kw_only(), py::arg("length"), py::arg("wrench"),
           py::arg("line_force"), py::arg("order"), py::arg("steps"),
