@@ -35,6 +35,22 @@ double largest_moment(const Shape& shape) {
 // Share of the rods' bending stiffness that holds a neutral mode while Newton runs.
 constexpr double pin_of_newton = 1e-7;
 
+/// Share of the rods' bending stiffness below which a mode counts as neutral.
+double pin_of_count(const Scene& scene) {
+    // Above the noise of a neutral mode's eigenvalue, which grows with the stiffest direction, and below all but the
+    // last few millionths on the way to a fold.
+    double stiffest = 1.0;
+    for (const RodAtPressure& rod : scene.rods)
+        stiffest = std::max(stiffest, rod.section.axial * rod.rest_length * rod.rest_length / rod.section.bending);
+    return std::clamp(1e-15 * stiffest, 1e-9, 1e-6);
+}
+
+double mean_bending(const Scene& scene) {
+    double bending = 0.0;
+    for (const RodAtPressure& rod : scene.rods) bending += rod.section.bending / static_cast<double>(scene.rods.size());
+    return bending;
+}
+
 // Newton's step below which its stiffness serves for a few more.
 constexpr double largest_chord = 0.03;
 
@@ -53,15 +69,18 @@ double rod_activity(const Section& section, const RodShape& rod, double length) 
     return std::max(z, activity(section, end, length));
 }
 
-/// Activity of a step that should meet the tolerance. One eighth-order step over an activity z errs by about 1e-7 z^8
-/// of its length (median over random wrenches 4e-8, worst 6e-6: tests/test_integrators.py); the check with half the
-/// step catches the rest.
+}  // namespace
+
+double rod_activity(const Scene& scene, const Shape& shape, std::size_t i) {
+    return rod_activity(scene.rods[i].section, shape.rods[i], scene.rods[i].rest_length);
+}
+
 double allowed_step(double tolerance) {
+    // One eighth-order step over an activity z errs by about 1e-7 z^8 of its length (median over random wrenches 4e-8,
+    // worst 6e-6: tests/test_integrators.py); the check with half the step catches the rest.
     constexpr double error_of_unit_step = 1e-7, largest_step = 2.2;
     return std::clamp(std::pow(3.0 * tolerance / error_of_unit_step, 0.125), 0.1, largest_step);
 }
-
-}  // namespace
 
 void choose_mesh(const Scene& scene, double tolerance, Shape& shape, double largest_piece) {
     // Wrenches of a shape far from balance ask for any number of pieces, and each call splits what it finds: a rod of
@@ -94,6 +113,10 @@ void choose_mesh(const Scene& scene, double tolerance, Shape& shape, double larg
         split_elements(rod, rod.integration.steps);
         rod.integration.steps = 1;
     }
+}
+
+double neutral_margin(const Geometry& geometry, const Scene& scene) {
+    return pin_of_count(scene) * mean_bending(scene) / geometry.length;
 }
 
 bool mesh_suffices(const Scene& scene, double tolerance, const Shape& shape) {
@@ -460,7 +483,7 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
             ++report.iterations;
             report.status = SolveStatus::converged;
             if (report.neutral_mode) {
-                pin(pin_of_count());
+                pin(pin_of_count(scene_));
                 if (!linearise(shape)) report.status = SolveStatus::singular_jacobian;
             }
             judge(shape, report, report.neutral_mode ? 0.0 : changed);
@@ -492,7 +515,7 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
 
 void Equilibrium::judge(const Shape& shape, NewtonReport& report, double changed) {
     // A mode this near to zero is looked at again, whatever its sign.
-    const double neutral = pin_of_count() * mean_bending() / geometry_.length;
+    const double neutral = neutral_margin(geometry_, scene_);
     NewtonReport doubtful = report;
     count_modes(doubtful, std::max(neutral, changed));
     report.plate_modes = doubtful.plate_modes, report.rod_modes = doubtful.rod_modes;
@@ -505,7 +528,7 @@ void Equilibrium::judge(const Shape& shape, NewtonReport& report, double changed
         report.neutral_mode = doubtful.modes() > 0;
         return;
     }
-    pin(pin_of_count());
+    pin(pin_of_count(scene_));
     NewtonReport pinned = report;
     if (!linearise(shape)) return;
     count_modes(pinned);
@@ -569,15 +592,6 @@ Eigen::MatrixXd Equilibrium::dense_stiffness() const {
     return dense;
 }
 
-double Equilibrium::pin_of_count() const {
-    // Above the noise of a neutral mode's eigenvalue, which grows with the stiffest direction, and below all but the
-    // last few millionths on the way to a fold.
-    double stiffest = 1.0;
-    for (const RodAtPressure& rod : scene_.rods)
-        stiffest = std::max(stiffest, rod.section.axial * rod.rest_length * rod.rest_length / rod.section.bending);
-    return std::clamp(1e-15 * stiffest, 1e-9, 1e-6);
-}
-
 void Equilibrium::find_neutral(const Shape& shape) {
     // Inverse iteration with the pinned stiffness: each move is dominated by neutral directions already, and one solve
     // divides what is not by the pin.
@@ -628,23 +642,16 @@ void Equilibrium::leave_out_neutral() {
     for (const Moves& z : neutral_) moves_.add(-inner_product(moves_, z, geometry_.length), z);
 }
 
-double Equilibrium::mean_bending() const {
-    double bending = 0.0;
-    for (const RodAtPressure& rod : scene_.rods)
-        bending += rod.section.bending / static_cast<double>(scene_.rods.size());
-    return bending;
-}
-
 void Equilibrium::pin(double share) {
     // In units of what it takes to bend the whole limb: short rods are far stiffer, but no mode is softer for them.
-    const double stiffness = share * mean_bending() / geometry_.length;
+    const double stiffness = share * mean_bending(scene_) / geometry_.length;
     shift_.head<3>().setConstant(stiffness / (geometry_.length * geometry_.length));
     shift_.tail<3>().setConstant(stiffness);
 }
 
 bool Equilibrium::linearise_at(const Shape& shape, bool pinned) {
     resize(shape);
-    pin(pinned ? pin_of_count() : 0.0);
+    pin(pinned ? pin_of_count(scene_) : 0.0);
     return linearise(shape);
 }
 

@@ -94,6 +94,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         const std::optional<Attempt> second =
             stable_below(geometry, scene, loosened(options, 1e-4), work, *ridge.other);
         if (!second || distance(geometry, first.shape, second->shape) < 0.01) return "";
+        solution.second_posture = true;
         const double away = (second->shape.plates.back().position - first.shape.plates.back().position).norm();
         return "; another stable posture exists, its tip " + millimetres(away) + " mm away";
     };

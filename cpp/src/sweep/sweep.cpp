@@ -9,7 +9,9 @@
 #include <mutex>
 #include <thread>
 
+#include "softlimb/limb/attempt.hpp"
 #include "softlimb/limb/posture.hpp"
+#include "softlimb/limb/side_by_side.hpp"
 #include "softlimb/limb/start.hpp"
 #include "softlimb/sweep/trail.hpp"
 
@@ -32,9 +34,10 @@ struct Job {
     const SweepOptions& options;
     const double* pressures;
     std::int64_t rows;
-    const RowAnswers& answers;
+    const RowAnswers* answers;                   // null: the solutions are wanted instead
     std::atomic<std::int64_t> next{0}, done{0};  // first row that nobody has taken; rows solved
     std::atomic<bool> stop{false};
+    std::vector<limb::Solution>* solutions = nullptr;  // where they are to be kept
 };
 
 /// One posture of the sweep, from a start or from nothing.
@@ -55,54 +58,169 @@ public:
     }
 
     void run() {
+        if (job_.options.atlas)
+            run_side_by_side(*job_.options.atlas);
+        else
+            run_row_by_row();
+    }
+
+    std::vector<RowMessage> messages;
+
+private:
+    void run_row_by_row() {
         const std::int64_t block = block_of(job_.options);
         while (!job_.stop) {
             const std::int64_t first = job_.next.fetch_add(block);
             if (first >= job_.rows) return;
             trail_.clear();
             for (std::int64_t row = first; row < std::min(first + block, job_.rows); ++row) {
-                if (job_.stop) return;
-                try {
-                    take(row);
-                } catch (const solve::Interrupted&) {
-                    return;
-                } catch (const std::exception& error) {
-                    fail(row, error.what());
-                }
-                job_.done.fetch_add(1, std::memory_order_relaxed);
+                if (job_.stop || !guarded(row, [&] { take(row); })) return;
             }
         }
     }
 
-    std::vector<RowMessage> messages;
-
-private:
-    void take(std::int64_t row) {
-        const SweepOptions& options = job_.options;
-        limb::Solution& solution = posture_.solution;
-        const double* pressures = job_.pressures + row * job_.members.actuators();
-        const Members::Refusal refusal =
-            job_.members.at_pressures(pressures, options.model, options.valve, posture_.scene.rods);
-        std::string message;
-        if (refusal) {
-            solution = {};
-            solution.status = refusal.status;
-            solution.residual = std::numeric_limits<double>::infinity();
-            message = job_.members.reason(refusal);
-        } else {
-            solution = solve_row(job_.geometry, posture_.scene, options_, start_of_row(pressures));
-            message = solution.message;
+    /// Does what a row needs; nothing that it meets may end the others. False after a stop.
+    template <class Task>
+    bool guarded(std::int64_t row, Task&& task) {
+        try {
+            task();
+        } catch (const solve::Interrupted&) {
+            return false;
+        } catch (const std::exception& error) {
+            fail(row, error.what());
         }
+        job_.done.fetch_add(1, std::memory_order_relaxed);
+        return true;
+    }
+
+    const double* pressures_of(std::int64_t row) const { return job_.pressures + row * job_.members.actuators(); }
+
+    void take(std::int64_t row) {
+        const double* pressures = pressures_of(row);
+        if (!put_at_pressures(row, posture_.scene)) return;
+        posture_.solution = solve_row(job_.geometry, posture_.scene, options_, start_of_row(pressures));
+        if (job_.solutions) {
+            (*job_.solutions)[row] = std::move(posture_.solution);
+            return;
+        }
+        finish(row);
+        if (job_.options.ordered && posture_.solution.status == SolveStatus::converged)
+            trail_.add(pressures, std::move(posture_.solution.shape));
+    }
+
+    /// Puts the rods of a scene at a row's pressures. False where an actuator has no state there: the row is done then.
+    bool put_at_pressures(std::int64_t row, limb::Scene& scene) {
+        const SweepOptions& options = job_.options;
+        const Members::Refusal refusal =
+            job_.members.at_pressures(pressures_of(row), options.model, options.valve, scene.rods);
+        if (!refusal) return true;
+        if (!job_.answers) return false;
+        limb::Solution& solution = posture_.solution;
+        solution = {};
+        solution.status = refusal.status;
+        solution.residual = std::numeric_limits<double>::infinity();
+        messages.push_back({row, job_.members.reason(refusal)});
+        write(row, {});
+        return false;
+    }
+
+    /// Says what there is to say of the posture, and hands it out.
+    void finish(std::int64_t row) {
+        std::string message = posture_.solution.message;
         limb::Clearance nearest;
-        if (solution.status == SolveStatus::converged) {
+        if (posture_.solution.status == SolveStatus::converged) {
             nearest = limb::clearance(posture_, job_.members.radii(), clearance_points);
             for (const std::string& remark : limb::remarks(posture_, nearest)) message += "; " + remark;
         }
         if (message != "converged") messages.push_back({row, std::move(message)});
         write(row, nearest);
-        if (options.ordered && solution.status == SolveStatus::converged)
-            trail_.add(pressures, std::move(solution.shape));
     }
+
+    // --- side by side ---
+
+    /// A row and where it starts.
+    struct Lane {
+        std::int64_t row = -1;  // none
+        limb::Scene scene;
+        std::vector<double> start;
+    };
+
+    void run_side_by_side(const Atlas& atlas) {
+        limb::SideBySide limbs(job_.geometry, job_.scene, atlas.mesh(), job_.options.tolerance);
+        std::vector<Lane> lanes(limbs.width()), block(Atlas::together);
+        for (std::vector<Lane>* all : {&lanes, &block})
+            for (Lane& lane : *all) lane.scene = job_.scene;
+        std::size_t ready = 0;  // of the block, those that wait for a lane
+        while (!job_.stop) {
+            bool working = false;
+            for (int i = 0; i < limbs.width(); ++i) {
+                Lane& lane = lanes[i];
+                if (lane.row < 0 && (ready > 0 || prepare(atlas, block, ready))) {
+                    std::swap(lane, block[--ready]);
+                    limbs.fill(i, lane.scene, lane.start.data());
+                }
+                working = working || lane.row >= 0;
+            }
+            if (!working) return;
+            limbs.round();
+            for (int i = 0; i < limbs.width(); ++i) {
+                Lane& lane = lanes[i];
+                if (lane.row < 0 || limbs.report(i).status == rod::lanes::LaneStatus::running) continue;
+                const auto settle = [&] {
+                    if (!accept(limbs, i, atlas.mesh(), lane))
+                        posture_.solution = solve_row(job_.geometry, posture_.scene, options_, nullptr);
+                    finish(lane.row);
+                };
+                if (!guarded(lane.row, settle)) return;
+                lane.row = -1;
+            }
+        }
+    }
+
+    /// Takes rows and finds their starts; those that an actuator refuses are done. False where there are no more.
+    bool prepare(const Atlas& atlas, std::vector<Lane>& block, std::size_t& ready) {
+        while (ready == 0) {
+            const std::int64_t first = job_.next.fetch_add(Atlas::together);
+            if (first >= job_.rows) return false;
+            for (std::int64_t row = first; row < std::min<std::int64_t>(first + Atlas::together, job_.rows); ++row) {
+                block[ready].row = row;
+                if (put_at_pressures(row, block[ready].scene))
+                    ++ready;
+                else
+                    job_.done.fetch_add(1, std::memory_order_relaxed);
+            }
+        }
+        const std::vector<limb::RodAtPressure>* rods[Atlas::together];
+        for (std::size_t i = 0; i < ready; ++i) rods[i] = &block[i].scene.rods;
+        atlas.starts(job_.geometry, rods, static_cast<int>(ready), atlas_room_);
+        for (std::size_t i = 0; i < ready; ++i) std::swap(block[i].start, atlas_room_.numbers[i]);
+        return true;
+    }
+
+    /// Takes a limb out of its lane, as the posture. False where it is no answer that stands by itself.
+    bool accept(limb::SideBySide& limbs, int number, const limb::Mesh& mesh, Lane& lane) {
+        const rod::lanes::LaneReport report = limbs.report(number);
+        std::swap(posture_.scene.rods, lane.scene.rods);
+        limb::Solution& solution = posture_.solution;
+        solution = {};
+        limb::numbers_to_shape(job_.geometry, mesh, lane.start.data(), given_);
+        limbs.take(number, lane.start.data());
+        limb::numbers_to_shape(job_.geometry, mesh, lane.start.data(), solution.shape);
+        // What is farther away may be another posture than the one that the row leads to.
+        constexpr double farthest = 0.5;
+        if (report.status != rod::lanes::LaneStatus::converged || !report.stable ||
+            !limb::mesh_suffices(posture_.scene, job_.options.tolerance, solution.shape) ||
+            !(limb::distance(job_.geometry, given_, solution.shape) < farthest))
+            return false;
+        solution.status = SolveStatus::converged, solution.message = "converged";
+        solution.iterations = report.iterations;
+        solution.residual = report.residual, solution.error_estimate = report.error;
+        solution.conservative = posture_.scene.conservative(), solution.stable = true;
+        if (solution.conservative) solution.unstable_modes = 0;
+        return true;
+    }
+
+    // ---
 
     /// From the rows of its chunk that converged; else what the sweep was given.
     const limb::Shape* start_of_row(const double* pressures) {
@@ -114,7 +232,7 @@ private:
 
     void write(std::int64_t row, const limb::Clearance& nearest) const {
         const limb::Solution& solution = posture_.solution;
-        const RowAnswers& to = job_.answers;
+        const RowAnswers& to = *job_.answers;
         to.iterations[row] = solution.iterations;
         to.residual[row] = solution.residual;
         if (solution.status == SolveStatus::converged) {
@@ -132,8 +250,9 @@ private:
 
     /// Nothing that a row meets may end the others.
     void fail(std::int64_t row, const char* what) {
-        job_.answers.success[row] = false;
-        job_.answers.status[row] = static_cast<std::int8_t>(SolveStatus::no_progress);
+        if (!job_.answers) return;
+        job_.answers->success[row] = false;
+        job_.answers->status[row] = static_cast<std::int8_t>(SolveStatus::no_progress);
         try {
             messages.push_back({row, std::string("the solver gave up: ") + what});
         } catch (const std::exception&) {  // no memory even for this
@@ -144,7 +263,8 @@ private:
     limb::Posture posture_;
     limb::SolveOptions options_;
     Trail trail_;        // of an ordered sweep's chunk
-    limb::Shape given_;  // the start that the sweep was given, as a shape
+    limb::Shape given_;  // the start of a row, as a shape
+    Atlas::Room atlas_room_;
 };
 
 /// Waits until everybody is done, and looks up ten times a second.
@@ -169,15 +289,11 @@ private:
     int working_;
 };
 
-}  // namespace
-
-void sweep(const limb::Geometry& geometry, const Members& members, const limb::Scene& scene,
-           const SweepOptions& options, const double* pressures, std::int64_t rows, const RowAnswers& answers,
-           std::vector<RowMessage>& messages, const Tick& tick) {
-    Job job{geometry, members, scene, options, pressures, rows, answers};
-    const std::int64_t useful = (rows + block_of(options) - 1) / block_of(options);
+/// Solves all rows of a job.
+void run(Job& job, std::vector<RowMessage>& messages, const Tick& tick) {
+    const std::int64_t block = block_of(job.options), useful = (job.rows + block - 1) / block;
     const int threads =
-        static_cast<int>(std::clamp<std::int64_t>(options.threads, 1, std::max<std::int64_t>(useful, 1)));
+        static_cast<int>(std::clamp<std::int64_t>(job.options.threads, 1, std::max<std::int64_t>(useful, 1)));
     std::vector<Worker> workers;
     workers.reserve(threads);
     for (int i = 0; i < threads; ++i) workers.emplace_back(job);
@@ -210,6 +326,37 @@ void sweep(const limb::Geometry& geometry, const Members& members, const limb::S
                         std::make_move_iterator(worker.messages.end()));
     std::sort(messages.begin(), messages.end(), [](const RowMessage& a, const RowMessage& b) { return a.row < b.row; });
     if (raised) std::rethrow_exception(raised);
+}
+
+}  // namespace
+
+void sweep(const limb::Geometry& geometry, const Members& members, const limb::Scene& scene,
+           const SweepOptions& options, const double* pressures, std::int64_t rows, const RowAnswers& answers,
+           std::vector<RowMessage>& messages, const Tick& tick) {
+    Job job{geometry, members, scene, options, pressures, rows, &answers};
+    run(job, messages, tick);
+}
+
+std::optional<Atlas> survey(const limb::Geometry& geometry, const Members& members, const limb::Scene& scene,
+                            const SweepOptions& options, const double* pressures, std::int64_t rows, const Tick& tick) {
+    for (const limb::Hold& hold : scene.holds)
+        if (hold.any()) return std::nullopt;
+    std::vector<limb::Solution> solutions(rows);
+    Job job{geometry, members, scene, options, pressures, rows, nullptr};
+    job.solutions = &solutions;
+    std::vector<RowMessage> messages;
+    run(job, messages, tick);
+    if (job.stop) return std::nullopt;
+    std::vector<Anchor> anchors;
+    for (std::int64_t row = 0; row < rows; ++row) {
+        limb::Solution& solution = solutions[row];
+        if (solution.status != SolveStatus::converged || !solution.stable) continue;
+        if (solution.second_posture) return std::nullopt;
+        Anchor anchor{scene, std::move(solution.shape)};
+        members.at_pressures(pressures + row * members.actuators(), options.model, options.valve, anchor.scene.rods);
+        anchors.push_back(std::move(anchor));
+    }
+    return Atlas::fitted(geometry, anchors, options.tolerance);
 }
 
 }  // namespace softlimb::sweep

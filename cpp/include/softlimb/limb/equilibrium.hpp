@@ -130,8 +130,6 @@ public:
 private:
     void count_modes(NewtonReport& report, double margin = 0.0);
     void pin(double share);
-    double pin_of_count() const;
-    double mean_bending() const;
     void find_neutral(const Shape& shape);
     void leave_out_neutral();
     void resize(const Shape& shape);
@@ -175,11 +173,19 @@ private:
 /// l sqrt(|n|/EI) + l |u3*|, l its rest length. Otherwise modes may be missed.
 bool mesh_suffices(const Scene& scene, double tolerance, const Shape& shape);
 
+/// Eigenvalues of a limb's stiffness below this count as zero [N m].
+double neutral_margin(const Geometry& geometry, const Scene& scene);
+
 /// Activity of a piece beyond which Newton's basin becomes small: for starts from afar.
 constexpr double newton_piece = 1.5;
 /// The same for a start nearby. Below 3 no piece buckles between its own nodes (cpp/MECHANICS.md, "Stability"), which
 /// the count of modes relies on.
 constexpr double warm_piece = 2.7, largest_countable_piece = 3.0;
+
+/// Largest activity of rod i, its whole length taken as one piece.
+double rod_activity(const Scene& scene, const Shape& shape, std::size_t i);
+/// Activity of a step that should meet the tolerance.
+double allowed_step(double tolerance);
 
 /// Chooses pieces and steps of every rod from its internal wrenches, so that a piece turns little and grows little and
 /// the integration should meet the tolerance. Splits pieces of `shape` where they are too long; joins short ones where

@@ -32,6 +32,7 @@ struct Solution {
     double residual = 0.0, error_estimate = 0.0;
     bool conservative = true;
     bool stable = false;
+    bool second_posture = false;        // another stable one was met on the way; none was looked for
     std::optional<int> unstable_modes;  // none without a potential, or without a solution
     Vector6 base_wrench = Vector6::Zero();
     std::vector<Vector6> reactions;

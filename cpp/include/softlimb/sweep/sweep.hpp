@@ -4,14 +4,18 @@
 //   blocks of rows, handed out one by one -> a worker: members at the row's pressures -> limb::solve -> the caller's
 //   arrays
 //
-// A row depends on itself alone (in an ordered sweep: on its chunk, whose size is fixed), and workers share nothing
-// that changes: the bits are the same for any number of threads and any order of the rows.
+// In a long sweep some rows are solved first and an atlas is fitted to them; with it the rows start near their answers
+// and are solved side by side (limb/side_by_side.hpp). Those that do not arrive there are solved as without it.
+//
+// A row depends on itself, and on the atlas, alone (in an ordered sweep: on its chunk, whose size is fixed), and
+// workers share nothing that changes: the bits are the same for any number of threads and any order of the rows.
 #include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "softlimb/limb/solver.hpp"
+#include "softlimb/sweep/atlas.hpp"
 #include "softlimb/sweep/members.hpp"
 
 namespace softlimb::sweep {
@@ -25,6 +29,7 @@ struct SweepOptions {
     int threads = 1;
     const limb::Shape* start = nullptr;               // of rows that start by themselves: a shape,
     const std::vector<Pose>* start_plates = nullptr;  // or plates; neither: by limb::solve's own rule
+    const Atlas* atlas = nullptr;  // of rows that are solved side by side; not with an order or start
 };
 
 /// Rows that an ordered sweep chains; the first of each chunk starts by itself.
@@ -63,5 +68,11 @@ using Tick = std::function<bool(std::int64_t)>;
 void sweep(const limb::Geometry& geometry, const Members& members, const limb::Scene& scene,
            const SweepOptions& options, const double* pressures, std::int64_t rows, const RowAnswers& answers,
            std::vector<RowMessage>& messages, const Tick& tick);
+
+/// Solves `rows` rows of pressures from nothing and fits an atlas to them. None where an atlas does not serve: too few
+/// of them have an answer, the limb is held, or another stable posture was seen, because then a row should say so.
+/// `tick` as above; none after a stop.
+std::optional<Atlas> survey(const limb::Geometry& geometry, const Members& members, const limb::Scene& scene,
+                            const SweepOptions& options, const double* pressures, std::int64_t rows, const Tick& tick);
 
 }  // namespace softlimb::sweep

@@ -41,6 +41,21 @@ struct LaneCompliances {
     Pack centre, half_range, per_range;
     int degree = 0;
 
+    /// Puts a section into a lane; `degree` is known.
+    SOFTLIMB_ALWAYS_INLINE void put(int lane, const Section& s) {
+        shear.set(lane, 1.0 / s.shear), bending.set(lane, 1.0 / s.bending);
+        torsion.set(lane, 1.0 / s.torsion), coupling.set(lane, s.extension_twist);
+        rest_twist.set(lane, s.rest_twist);
+        const double* c = &s.axial_law.coefficient.front();
+        for (int i = 0; i <= degree; ++i) coefficient[i].set(lane, i <= s.axial_law.degree ? c[i] : 0.0);
+        if (degree == 0) return;
+        // A linear law among others holds everywhere, and to the bits of one among its own.
+        const bool linear = s.axial_law.degree == 0;
+        centre.set(lane, linear ? 0.0 : s.axial_law.centre);
+        half_range.set(lane, linear ? 1e300 : s.axial_law.half_range);
+        per_range.set(lane, linear ? 0.0 : 1.0 / s.axial_law.half_range);
+    }
+
     SOFTLIMB_ALWAYS_INLINE void axial(const Pack& force, Pack& strain, Pack& compliance) const {
         if (degree == 0) {
             strain = force * coefficient[0];
@@ -71,6 +86,7 @@ struct Pieces {
     V n;
     RodState<Pack> y;
 
+    SOFTLIMB_ALWAYS_INLINE Pieces() {}
     SOFTLIMB_ALWAYS_INLINE Pieces(const Start* starts, int count) {
         y.position = V{Pack(0.0), Pack(0.0), Pack(0.0)};
         for (int lane = 0; lane < W; ++lane) {
@@ -79,19 +95,7 @@ struct Pieces {
         }
         for (int lane = 0; lane < W; ++lane) {
             const Start& p = starts[lane < count ? lane : count - 1];
-            const Section& s = *p.section;
-            k.shear.set(lane, 1.0 / s.shear), k.bending.set(lane, 1.0 / s.bending);
-            k.torsion.set(lane, 1.0 / s.torsion), k.coupling.set(lane, s.extension_twist);
-            k.rest_twist.set(lane, s.rest_twist);
-            const double* c = &s.axial_law.coefficient.front();
-            for (int i = 0; i <= k.degree; ++i) k.coefficient[i].set(lane, i <= s.axial_law.degree ? c[i] : 0.0);
-            if (k.degree > 0) {
-                // A linear law among others holds everywhere, and to the bits of one among its own.
-                const bool linear = s.axial_law.degree == 0;
-                k.centre.set(lane, linear ? 0.0 : s.axial_law.centre);
-                k.half_range.set(lane, linear ? 1e300 : s.axial_law.half_range);
-                k.per_range.set(lane, linear ? 0.0 : 1.0 / s.axial_law.half_range);
-            }
+            k.put(lane, *p.section);
             const auto put = [lane](V& v, const double* x) {
                 v.x.set(lane, x[0]), v.y.set(lane, x[1]), v.z.set(lane, x[2]);
             };
@@ -301,11 +305,23 @@ SOFTLIMB_ALWAYS_INLINE V gather(const double* const* from, int offset) {
     return v;
 }
 
-void linearise_pack(const Start* starts, const Linear* out, int count, int steps, Loads loads) {
+/// W pieces linearised: what `Linear` holds, before it is handed out.
+struct Linearised {
+    V binormal;  // of the end
+    Pack gap[6];
+    M6 by_first, inverse, end_by_first, by_second;  // stiffness: by_first, -inverse; end_by_first, by_second
+    Variation<Pack> by_turn[3];                     // of the end pose, and end moment, by the base rotation
+    Pack moment_by_wrench[6][3];
+    Pack force[12];
+    Pack sum;  // zero where everything is finite
+};
+
+/// Advances the pieces, which start at `from`, and linearises them against their second nodes.
+void linearise_pieces(Pieces& p, const V& from, const V& node, const V* node_axes, int steps, Loads loads,
+                      Linearised& l) {
     const int columns = loads == Loads::none ? 6 : loads == Loads::force ? 8 : 9;
     const Pack zero(0.0), one(1.0);
     const V nothing{zero, zero, zero};
-    Pieces p(starts, count);
     const V n0 = p.n, m0 = p.y.moment;
     Variation<Pack> z[9];
     for (int c = 0; c < columns; ++c) z[c] = {nothing, nothing, nothing};
@@ -335,7 +351,7 @@ void linearise_pack(const Start* starts, const Linear* out, int count, int steps
 
     // End pose (dp, dtheta) and end moment by base wrench.
     M6 by_wrench;
-    Pack moment_by_wrench[6][3];
+    Pack(&moment_by_wrench)[6][3] = l.moment_by_wrench;
     for (int c = 0; c < 6; ++c) {
         by_wrench(0, c) = z[c].position.x, by_wrench(1, c) = z[c].position.y, by_wrench(2, c) = z[c].position.z;
         by_wrench(3, c) = z[c].rotation.x, by_wrench(4, c) = z[c].rotation.y, by_wrench(5, c) = z[c].rotation.z;
@@ -345,7 +361,7 @@ void linearise_pack(const Start* starts, const Linear* out, int count, int steps
 
     // By base rotation. Turning everything, wrench and loads with the base, turns the end; the wrench is turned back by
     // its own columns, and a turn about the dead force needs no turning back of the load.
-    Variation<Pack> by_turn[3];
+    Variation<Pack>(&by_turn)[3] = l.by_turn;
     const auto turned_about = [&](const V& a) SOFTLIMB_LAMBDA_INLINE {
         const V dn = cross(a, n0), dm = cross(a, m0);
         const Pack w[6] = {dn.x, dn.y, dn.z, dm.x, dm.y, dm.z};
@@ -379,7 +395,8 @@ void linearise_pack(const Start* starts, const Linear* out, int count, int steps
     // The columns of forces and moments differ by the square of a length: forces are multiplied by the length and turns
     // by it before the inversion, so that the mixed blocks stay as they are.
     const Pack scale = p.length, per_scale = one / p.length;
-    M6 scaled = by_wrench, inverse;
+    M6 scaled = by_wrench;
+    M6& inverse = l.inverse;
     for (int r = 0; r < 6; ++r)
         for (int c = 0; c < 6; ++c)
             if ((r < 3) == (c < 3)) scaled(r, c) = scaled(r, c) * (r < 3 ? per_scale : scale);
@@ -389,22 +406,16 @@ void linearise_pack(const Start* starts, const Linear* out, int count, int steps
             if ((r < 3) == (c < 3)) inverse(r, c) = inverse(r, c) * (r < 3 ? per_scale : scale);
 
     // Gap to the second node.
-    const double *position[W], *rotation[W];
-    for (int lane = 0; lane < W; ++lane) {
-        const int i = lane < count ? lane : count - 1;
-        position[lane] = out[i].second_position, rotation[lane] = out[i].second_rotation;
-    }
-    const V binormal = cross(p.y.tangent, p.y.director);
-    const V end_axes[3] = {p.y.director, binormal, p.y.tangent};
-    const V node_axes[3] = {gather(rotation, 0), gather(rotation, 3), gather(rotation, 6)};
-    const double* from[W];
-    for (int lane = 0; lane < W; ++lane) from[lane] = starts[lane < count ? lane : count - 1].position;
-    const V gap_position = p.y.position + (gather(from, 0) - gather(position, 0));
+    l.binormal = cross(p.y.tangent, p.y.director);
+    const V end_axes[3] = {p.y.director, l.binormal, p.y.tangent};
+    const V gap_position = p.y.position + (from - node);
     const V gap_turn = turn_between(end_axes, node_axes);
-    const Pack gap[6] = {gap_position.x, gap_position.y, gap_position.z, gap_turn.x, gap_turn.y, gap_turn.z};
+    Pack(&gap)[6] = l.gap;
+    gap[0] = gap_position.x, gap[1] = gap_position.y, gap[2] = gap_position.z;
+    gap[3] = gap_turn.x, gap[4] = gap_turn.y, gap[5] = gap_turn.z;
 
     // w = w0 + B^-1 (x2 - A x1 - gap),  w_end = w_end0 + D x1 + E (w - w0)
-    M6 by_first;  // B^-1 A: A's first three columns are those of the identity
+    M6& by_first = l.by_first;  // B^-1 A: A's first three columns are those of the identity
     for (int r = 0; r < 6; ++r) {
         for (int c = 0; c < 3; ++c) by_first(r, c) = inverse(r, c);
         for (int c = 0; c < 3; ++c) {
@@ -415,7 +426,7 @@ void linearise_pack(const Start* starts, const Linear* out, int count, int steps
         }
     }
     // E has the identity and zero in its first three rows, and the moment's columns below.
-    M6 by_second, end_by_first;  // E B^-1, and D - E B^-1 A
+    M6 &by_second = l.by_second, &end_by_first = l.end_by_first;  // E B^-1, and D - E B^-1 A
     for (int c = 0; c < 6; ++c) {
         for (int r = 0; r < 3; ++r) {
             by_second(r, c) = inverse(r, c);
@@ -436,7 +447,9 @@ void linearise_pack(const Start* starts, const Linear* out, int count, int steps
     }
     const Pack start_wrench[6] = {n0.x, n0.y, n0.z, m0.x, m0.y, m0.z};
     const Pack end_wrench[6] = {p.n.x, p.n.y, p.n.z, p.y.moment.x, p.y.moment.y, p.y.moment.z};
-    Pack force[12], sum(0.0);
+    Pack(&force)[12] = l.force;
+    Pack& sum = l.sum;
+    sum = zero;
     for (int r = 0; r < 6; ++r) {
         Pack first = inverse(r, 0) * gap[0], second = by_second(r, 0) * gap[0];
         for (int c = 1; c < 6; ++c) first = first + inverse(r, c) * gap[c], second = second + by_second(r, c) * gap[c];
@@ -446,32 +459,45 @@ void linearise_pack(const Start* starts, const Linear* out, int count, int steps
         sum = sum + zero * (force[r] + force[6 + r] + gap[r]);
         for (int c = 0; c < 6; ++c) sum = sum + zero * (inverse(r, c) + end_by_first(r, c));
     }
+}
+
+void linearise_pack(const Start* starts, const Linear* out, int count, int steps, Loads loads) {
+    Pieces p(starts, count);
+    const double *from[W], *position[W], *rotation[W];
+    for (int lane = 0; lane < W; ++lane) {
+        const int i = lane < count ? lane : count - 1;
+        from[lane] = starts[i].position;
+        position[lane] = out[i].second_position, rotation[lane] = out[i].second_rotation;
+    }
+    const V node_axes[3] = {gather(rotation, 0), gather(rotation, 3), gather(rotation, 6)};
+    Linearised l;
+    linearise_pieces(p, gather(from, 0), gather(position, 0), node_axes, steps, loads, l);
 
     for (int lane = 0; lane < count; ++lane) {
         const Linear& o = out[lane];
-        write_end(p, binormal, starts[lane].position, o.end, lane);
-        for (int r = 0; r < 6; ++r) o.gap[r] = gap[r].get(lane);
-        for (int r = 0; r < 12; ++r) o.force[r] = force[r].get(lane);
+        write_end(p, l.binormal, starts[lane].position, o.end, lane);
+        for (int r = 0; r < 6; ++r) o.gap[r] = l.gap[r].get(lane);
+        for (int r = 0; r < 12; ++r) o.force[r] = l.force[r].get(lane);
         for (int c = 0; c < 6; ++c) {
             for (int r = 0; r < 6; ++r) {
-                const double b = inverse(r, c).get(lane);
+                const double b = l.inverse(r, c).get(lane);
                 o.inverse[6 * c + r] = b;
-                o.stiffness[12 * c + r] = by_first(r, c).get(lane);
-                o.stiffness[12 * c + 6 + r] = end_by_first(r, c).get(lane);
+                o.stiffness[12 * c + r] = l.by_first(r, c).get(lane);
+                o.stiffness[12 * c + 6 + r] = l.end_by_first(r, c).get(lane);
                 o.stiffness[12 * (6 + c) + r] = -b;
-                o.stiffness[12 * (6 + c) + 6 + r] = by_second(r, c).get(lane);
+                o.stiffness[12 * (6 + c) + 6 + r] = l.by_second(r, c).get(lane);
             }
             for (int r = 0; r < 3; ++r) {
                 o.wrench_by_wrench[6 * c + r] = r == c ? 1.0 : 0.0;
-                o.wrench_by_wrench[6 * c + 3 + r] = moment_by_wrench[c][r].get(lane);
+                o.wrench_by_wrench[6 * c + 3 + r] = l.moment_by_wrench[c][r].get(lane);
             }
         }
         for (int c = 0; c < 3; ++c) {
             for (int r = 0; r < 6; ++r) o.end_by_pose[6 * c + r] = r == c ? 1.0 : 0.0;
-            put(o.end_by_pose + 6 * (3 + c), by_turn[c].position, lane);
-            put(o.end_by_pose + 6 * (3 + c) + 3, by_turn[c].rotation, lane);
+            put(o.end_by_pose + 6 * (3 + c), l.by_turn[c].position, lane);
+            put(o.end_by_pose + 6 * (3 + c) + 3, l.by_turn[c].rotation, lane);
         }
-        *o.regular = sum.get(lane) == 0.0;
+        *o.regular = l.sum.get(lane) == 0.0;
     }
 }
 
@@ -512,13 +538,36 @@ void linearise(const Start* starts, const Linear* out, int count, int steps, Loa
     }
 }
 
+void combine(const double* rows, int count, int numbers, const double* weights, double* sums) {
+    for (int first = 0; first < numbers; first += W) {
+        const int here = numbers - first < W ? numbers - first : W;
+        Pack sum[combined];
+        for (Pack& p : sum) p = Pack(0.0);
+        for (int k = 0; k < count; ++k) {
+            const Pack row = load_some(rows + static_cast<std::ptrdiff_t>(numbers) * k + first, here);
+            for (int i = 0; i < combined; ++i) sum[i] = sum[i] + Pack(weights[combined * k + i]) * row;
+        }
+        for (int i = 0; i < combined; ++i)
+            store_some(sums + static_cast<std::ptrdiff_t>(numbers) * i + first, sum[i], here);
+    }
+}
+
 #include "chains.ipp"
 #include "geodesics.ipp"
+#include "limbs.ipp"
 
 }  // namespace
 
 extern const Kernel kernel;
-const Kernel kernel{
-    SOFTLIMB_INSTRUCTION_SET_NAME, W, &shoot, &differentiate, &linearise, &geodesics, &condense, &carry};
+const Kernel kernel{SOFTLIMB_INSTRUCTION_SET_NAME,
+                    W,
+                    &shoot,
+                    &differentiate,
+                    &linearise,
+                    &geodesics,
+                    &condense,
+                    &carry,
+                    &combine,
+                    limbs::functions};
 
 }  // namespace softlimb::rod::lanes::SOFTLIMB_INSTRUCTION_SET

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "softlimb/rod/lanes/limbs.hpp"
 #include "softlimb/section.hpp"
 
 namespace softlimb::rod::lanes {
@@ -76,10 +77,8 @@ struct Elimination {
     double by_first[36], by_next[36], first_row[36], pivot[36], inverse[36], right[6];
 };
 
-/// How a set of pieces is loaded, hence which base rotations need an integration of their own beside the six columns of
-/// the base wrench: without load none (turn base and wrench together and the piece turns with them), with a dead force
-/// those across it, else all three.
-enum class Loads { none, force, any };
+/// Sums that `combine` makes at once.
+constexpr int combined = 8;
 
 /// The functions of one instruction set.
 struct Kernel {
@@ -103,6 +102,10 @@ struct Kernel {
     /// ground and the last block alone is meant.
     void (*carry)(const double* ends, const double* base_arm, const double* end_arm, double* base, double* upper,
                   double* lower, double* end);
+    /// Sums of `count` rows of `numbers` numbers: `combined` sums of the same rows, each with its own weight of a row.
+    /// Weights are `combined` a row, sums one behind the other.
+    void (*combine)(const double* rows, int count, int numbers, const double* weights, double* sums);
+    LimbFunctions limbs;
 };
 
 /// The fastest kernel that this machine can run, or the one chosen by `use`.

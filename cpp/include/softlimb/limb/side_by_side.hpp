@@ -1,0 +1,51 @@
+#pragma once
+// Limbs of one geometry and one mesh solved side by side, one a lane: Newton from starts that are near. A limb that
+// does not converge here, or not to a posture that is surely stable, is for limb::solve. Source: cpp/MECHANICS.md,
+// "Limbs side by side".
+#include <memory>
+#include <vector>
+
+#include "softlimb/limb/scene.hpp"
+#include "softlimb/rod/lanes/pieces.hpp"
+
+namespace softlimb::limb {
+
+/// Pieces of each rod, and steps through each.
+struct Mesh {
+    std::vector<int> elements, steps;
+};
+
+/// A shape as plain numbers: plates and nodes as position and rotation by columns, wrenches; see LimbPlan::numbers.
+std::size_t numbers_of(const Geometry& geometry, const Mesh& mesh);
+void numbers_to_shape(const Geometry& geometry, const Mesh& mesh, const double* numbers, Shape& shape);
+
+class SideBySide {
+public:
+    /// The loads of `scene` are those of all limbs, its sections and rest lengths are not looked at. It must not hold
+    /// any plate. Works with the kernel that is in use now.
+    SideBySide(const Geometry& geometry, const Scene& scene, const Mesh& mesh, double tolerance);
+
+    int width() const { return kernel_.lanes; }
+    /// Puts a limb into a lane: its scene, and the numbers of the shape that it starts from.
+    void fill(int lane, const Scene& scene, const double* start);
+    /// A step of every limb.
+    void round() { kernel_.limbs.round(plan_, room_.get()); }
+    rod::lanes::LaneReport report(int lane) const { return kernel_.limbs.report(plan_, room_.get(), lane); }
+    /// Takes the limb out of a lane: the numbers of its shape.
+    void take(int lane, double* numbers) { kernel_.limbs.take(plan_, room_.get(), lane, numbers); }
+
+private:
+    struct Free {
+        void operator()(void* room) const;
+    };
+    const Geometry& geometry_;
+    const rod::lanes::Kernel& kernel_;
+    std::vector<rod::lanes::LimbRod> rods_;
+    std::vector<rod::lanes::LimbPlate> plates_;
+    rod::lanes::LimbPlan plan_;
+    std::unique_ptr<void, Free> room_;
+    std::vector<const Section*> sections_;
+    std::vector<double> lengths_, loads_;
+};
+
+}  // namespace softlimb::limb
