@@ -1,6 +1,7 @@
 // Two tubes of one segment mostly run beside each other: every point of one has a single nearest place on the other,
 // and a model of second order finds it from few points. Where curvature or a crossing leaves room for more, edges of
-// polygons are compared. Source: cpp/MECHANICS.md, "Clearance".
+// polygons are compared. Nine tubes of a limb at up to 20 kPa take a fifth of the time of polygons alone, at up to 60
+// kPa a quarter. Source: cpp/MECHANICS.md, "Clearance".
 #include <algorithm>
 #include <array>
 #include <cmath>
