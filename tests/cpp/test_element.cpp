@@ -34,7 +34,7 @@ Vector12 settled(const RodPiece& piece, const Pose& first, const Pose& second, V
     ExactElement element;
     for (int round = 0; round < 12; ++round) {
         CHECK(element.linearise(piece, first, second, base, fine, out));
-        base += element.wrench_change(Vector6::Zero(), Vector6::Zero());
+        base += element.wrench_change(Vector6::Zero(), Vector6::Zero(), element.gap());
     }
     return out.force;
 }
@@ -107,7 +107,7 @@ CLAIM(a_gap_enters_the_forces_as_the_linearised_wrench_that_closes_it) {
     ExactElement element;
     CHECK(element.linearise(piece, first, moved(end, gap), base, fine, out));
     CHECK_NEAR(element.gap(), -gap, 1e-11);  // rotations add up to the square of the gap
-    const Vector6 change = element.wrench_change(Vector6::Zero(), Vector6::Zero());
+    const Vector6 change = element.wrench_change(Vector6::Zero(), Vector6::Zero(), element.gap());
     CHECK_NEAR(change, element.wrench_for_gap(element.gap()), 1e-12 * change.norm());
     CHECK_NEAR(out.force.head<6>(), -(base + change), 1e-10 * base.norm());
     // The change closes the gap to first order: what remains is of the order of its square.

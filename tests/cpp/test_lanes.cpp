@@ -79,8 +79,8 @@ CLAIM(lanes_linearise_as_the_plain_element_does) {
                     CHECK_NEAR(element.end().pose.rotation, plain.end().pose.rotation, 1e-14);
                     CHECK_NEAR(element.end().wrench, plain.end().wrench, 1e-12);
                     const Vector6 x = 0.01 * draw.matrix<Vector6>(), y = 0.01 * draw.matrix<Vector6>();
-                    const Vector6 change = plain.wrench_change(x, y);
-                    CHECK_NEAR(element.wrench_change(x, y), change, 1e-11 * size);
+                    const Vector6 change = plain.wrench_change(x, y, plain.gap());
+                    CHECK_NEAR(element.wrench_change(x, y, element.gap()), change, 1e-11 * size);
                     CHECK_NEAR(element.end_wrench_by_base_wrench(), plain.end_wrench_by_base_wrench(), 1e-12);
                 }
             });

@@ -1,6 +1,8 @@
 // Whole solves: cold and warm, with and without a potential, held, hopeless, out of budget and interrupted.
 #include <algorithm>
 #include <functional>
+#include <map>
+#include <numeric>
 
 #include "allocations.hpp"
 #include "check.hpp"
@@ -78,6 +80,56 @@ CLAIM(a_warm_solve_finds_the_cold_answer_in_fewer_iterations) {
     CHECK_NEAR(a.position, b.position, 2e-6 * reference().geometry->length);
     const Shape from_plates = start_from_plates(*reference().geometry, scene, cold.solution.shape.plates);
     check_solved(posture_of(reference().geometry, scene, {}, &from_plates));
+}
+
+CLAIM(a_count_of_modes_before_the_last_steps_is_that_of_the_answer) {
+    // Standing limbs near where they fall over, each from the posture before it: a warm solve counts with the stiffness
+    // that its last steps reuse.
+    const Geometry& geometry = *reference().geometry;
+    Draw draw(63);
+    int stable = 0, unstable = 0;
+    for (int trial = 0; trial < 40; ++trial) {
+        Scene scene = reference().scene(std::vector<double>(9, draw(0, 20 * kPa)));
+        scene.gravity = standing;
+        scene.wrenches.back().head<3>() = Vector3(0.01 * draw(), 0.01 * draw(), draw(-2.0, 2.0));
+        const Solution before = posture_of(reference().geometry, scene, {.prefer_stable = false}).solution;
+        scene.wrenches.back()(2) += 0.05 * draw();
+        const Solution warm = posture_of(reference().geometry, scene, {.prefer_stable = false}, &before.shape).solution;
+        if (before.status != SolveStatus::converged || warm.status != SolveStatus::converged) continue;
+        Equilibrium fresh(geometry, scene);
+        CHECK(fresh.linearise_at(warm.shape));
+        NewtonReport report;
+        fresh.judge(warm.shape, report, 0.0);
+        CHECK(warm.unstable_modes == report.modes());
+        (report.modes() == 0 ? stable : unstable) += 1;
+    }
+    CHECK(stable > 5 && unstable > 5);
+}
+
+CLAIM(a_mesh_leaves_no_pack_for_pieces_that_others_have_room_for) {
+    Draw draw(64);
+    for (int trial = 0; trial < 20; ++trial) {
+        std::vector<double> pressures(9);
+        for (double& p : pressures) p = draw(0, 80 * kPa);
+        Scene scene = reference().scene(pressures);
+        scene.gravity = hanging;
+        for (const double tolerance : {1e-4, 1e-6, 1e-10}) {
+            Shape shape = posture_of(reference().geometry, scene).solution.shape;
+            choose_mesh(scene, tolerance, shape, warm_piece);
+            CHECK(mesh_suffices(scene, tolerance, shape));
+            std::map<int, std::vector<int>> pieces;  // of each rod, by its steps
+            for (const RodShape& rod : shape.rods) pieces[rod.integration.steps].push_back(rod.elements());
+            const auto sum = [](const std::vector<int>& v) { return std::accumulate(v.begin(), v.end(), 0); };
+            // Any choice of rods that would empty a pack of eight and fit beside those of the next larger number.
+            for (auto at = pieces.begin(), next = std::next(at); next != pieces.end(); at = next++)
+                for (unsigned chosen = 0; chosen < 1u << at->second.size(); ++chosen) {
+                    int moved = 0;
+                    for (std::size_t i = 0; i < at->second.size(); ++i) moved += chosen >> i & 1u ? at->second[i] : 0;
+                    const int beyond = sum(at->second) % 8, room = (8 - sum(next->second) % 8) % 8;
+                    CHECK(beyond == 0 || moved < beyond || moved > room);
+                }
+        }
+    }
 }
 
 CLAIM(once_warm_newton_and_the_descent_take_no_memory) {

@@ -73,12 +73,15 @@ void Balance::carry(const Geometry& geometry, const std::vector<Pose>& plates, c
     for (Vector6& f : plate_forces) f.setZero();
     int i = 0;
     for (int j = 0; j < geometry.plates(); ++j)
-        for (const Placement& place : geometry.segments[j].rods) {
-            const Arms arms = arms_of(geometry, plates, j, place);
-            plate_forces[j] += carried(rod_forces[i].tail<6>(), arms.end);
-            if (j > 0) plate_forces[j - 1] += carried(rod_forces[i].head<6>(), arms.base);
-            ++i;
-        }
+        for (const Placement& place : geometry.segments[j].rods)
+            add_carried(geometry, plates, j, place, rod_forces[i++], plate_forces);
+}
+
+void Balance::add_carried(const Geometry& geometry, const std::vector<Pose>& plates, int j, const Placement& place,
+                          const Vector12& rod_force, std::vector<Vector6>& plate_forces) {
+    const Arms arms = arms_of(geometry, plates, j, place);
+    plate_forces[j] += carried(rod_force.tail<6>(), arms.end);
+    if (j > 0) plate_forces[j - 1] += carried(rod_force.head<6>(), arms.base);
 }
 
 void Balance::move_ends(const Geometry& geometry, const std::vector<Pose>& plates, const std::vector<Vector6>& moves,

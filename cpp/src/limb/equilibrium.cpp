@@ -7,6 +7,7 @@
 
 #include "softlimb/largest.hpp"
 #include "softlimb/limb/start.hpp"
+#include "softlimb/solve/definite.hpp"
 
 namespace softlimb::limb {
 namespace {
@@ -19,17 +20,17 @@ double activity(const Section& section, const Vector6& wrench, double length) {
 }
 
 double largest_force(const Shape& shape) {
-    double largest = 0.0;
+    double square = 0.0;
     for (const RodShape& rod : shape.rods)
-        for (const Vector6& w : rod.wrenches) largest = std::max(largest, w.head<3>().norm());
-    return largest;
+        for (const Vector6& w : rod.wrenches) square = std::max(square, w.head<3>().squaredNorm());
+    return std::sqrt(square);
 }
 
 double largest_moment(const Shape& shape) {
-    double largest = 0.0;
+    double square = 0.0;
     for (const RodShape& rod : shape.rods)
-        for (const Vector6& w : rod.wrenches) largest = std::max(largest, w.tail<3>().norm());
-    return largest;
+        for (const Vector6& w : rod.wrenches) square = std::max(square, w.tail<3>().squaredNorm());
+    return std::sqrt(square);
 }
 
 // Share of the rods' bending stiffness that holds a neutral mode while Newton runs.
@@ -53,10 +54,9 @@ double mean_bending(const Scene& scene) {
 
 // Newton's step below which its stiffness serves for a few more.
 constexpr double largest_chord = 0.03;
-
-}  // namespace
-
-namespace {
+// What they and the last correction may change of the stiffness beside that step, relative to it: as the steps shrink
+// tenfold and more, a count of modes with that much room is mostly the last.
+constexpr double room_for_chords = 1.2;
 
 /// Largest activity of the rod's pieces were they of this length; wrenches at every node, the last one's from the
 /// balance of the last piece without its weight.
@@ -82,6 +82,44 @@ double allowed_step(double tolerance) {
     return std::clamp(std::pow(3.0 * tolerance / error_of_unit_step, 0.125), 0.1, largest_step);
 }
 
+namespace {
+
+// Pieces that run beside each other in the widest lanes. The same on every machine, so that the mesh is.
+constexpr int side_by_side = 8;
+
+/// Pieces of equal numbers of steps run side by side. Those beyond the last full pack of a number take a pack for a
+/// few; with the steps of the next larger number they cost nothing where a pack of that one has room for them.
+void fill_packs(Shape& shape) {
+    const auto pieces_of = [&](int steps) {
+        int pieces = 0;
+        for (const RodShape& rod : shape.rods)
+            if (rod.integration.steps == steps) pieces += rod.elements();
+        return pieces;
+    };
+    constexpr int none = std::numeric_limits<int>::max();
+    const auto next_above = [&](int steps) {
+        int next = none;
+        for (const RodShape& rod : shape.rods)
+            if (rod.integration.steps > steps) next = std::min(next, rod.integration.steps);
+        return next;
+    };
+    for (int steps = next_above(0), more; (more = next_above(steps)) != none; steps = more) {
+        int beyond = pieces_of(steps) % side_by_side;
+        int room = (side_by_side - pieces_of(more) % side_by_side) % side_by_side;
+        if (beyond > room) continue;
+        // Rods with many pieces first: what is left then fits into what room is left.
+        for (int pieces = room; pieces > 0 && beyond > 0; --pieces)
+            for (RodShape& rod : shape.rods) {
+                if (rod.integration.steps != steps || rod.elements() != pieces || pieces > room || beyond <= 0)
+                    continue;
+                rod.integration.steps = more;
+                beyond -= pieces, room -= pieces;
+            }
+    }
+}
+
+}  // namespace
+
 void choose_mesh(const Scene& scene, double tolerance, Shape& shape, double largest_piece) {
     // Wrenches of a shape far from balance ask for any number of pieces, and each call splits what it finds: a rod of
     // growth e^80 needs 54, one of forty turns 168.
@@ -105,10 +143,12 @@ void choose_mesh(const Scene& scene, double tolerance, Shape& shape, double larg
         rod.integration = {8, std::max(1, static_cast<int>(std::ceil(whole / (rod.elements() * step))))};
     }
     // Pieces beside each other cost less than steps after each other, where few of them leave lanes empty.
-    constexpr int side_by_side = 8;
     int pieces = 0;
     for (const RodShape& rod : shape.rods) pieces += rod.elements() * rod.integration.steps;
-    if (pieces > side_by_side) return;
+    if (pieces > side_by_side) {
+        fill_packs(shape);
+        return;
+    }
     for (RodShape& rod : shape.rods) {
         split_elements(rod, rod.integration.steps);
         rod.integration.steps = 1;
@@ -184,6 +224,7 @@ void Equilibrium::shoot(const Scene& scene, const Shape& shape, int finer,
 }
 
 bool Equilibrium::linearise(const Shape& shape) {
+    stable_beyond_ = -1.0;
     integrate(scene_, shape, 1, [&](const rod::RodPiece& part, std::size_t i, int e) {
         const RodShape& rod = shape.rods[i];
         batch_.add(part, rod.nodes[e], rod.wrenches[e], exact_[i][e].target(rod.nodes[e + 1], chains_[i].element(e)));
@@ -206,17 +247,16 @@ void Equilibrium::propose(const Shape& shape) {
         auto& nodes = moves_.nodes[i];
         chains_[i].recover(nodes);
         for (int e = 0; e < chains_[i].elements(); ++e)
-            moves_.wrenches[i][e] = exact_[i][e].wrench_change(nodes[e], nodes[e + 1]);
+            moves_.wrenches[i][e] = exact_[i][e].wrench_change(nodes[e], nodes[e + 1], exact_[i][e].gap());
     }
 }
 
-bool Equilibrium::propose_again(const Shape& shape, int finer) {
+void Equilibrium::propose_again(const Shape& shape, int finer) {
     shoot(scene_, shape, finer, ends_);
     for (std::size_t r = 0; r < shape.rods.size(); ++r) {
         const RodShape& rod = shape.rods[r];
         for (int e = 0; e < rod.elements(); ++e) {
             const rod::EndState& end = ends_[r][e];
-            if (!end.pose.finite() || !end.wrench.allFinite()) return false;
             gaps_[r][e] = rod::pose_gap(end.pose, rod.nodes[e + 1]);
             const Vector6 change = exact_[r][e].wrench_for_gap(gaps_[r][e]);
             loads_[r][e] << -(rod.wrenches[e] + change), end.wrench + exact_[r][e].end_wrench_by_base_wrench() * change;
@@ -224,10 +264,10 @@ bool Equilibrium::propose_again(const Shape& shape, int finer) {
     }
     for (int j = 0; j < geometry_.plates(); ++j) {
         plate_forces_[j] = -plate_load(geometry_, scene_, shape.plates[j], j, nullptr);
-        hold_rows_[j] = balance_.hold_map(j) * hold_gap(scene_.holds[j], shape.plates[j]);
+        hold_rows_[j].setZero();
+        if (scene_.holds[j].any()) hold_rows_[j] = balance_.hold_map(j) * hold_gap(scene_.holds[j], shape.plates[j]);
     }
     respond_to_gaps(shape);
-    return true;
 }
 
 void Equilibrium::respond_to_gaps(const Shape& shape) {
@@ -242,11 +282,8 @@ void Equilibrium::respond_to_gaps(const Shape& shape) {
     for (std::size_t i = 0; i < chains_.size(); ++i) {
         auto& nodes = moves_.nodes[i];
         chains_[i].recover_with(interior_[i], nodes);
-        for (int e = 0; e < chains_[i].elements(); ++e) {
-            const Vector6 other = exact_[i][e].gap() - gaps_[i][e];  // these gaps in place of the linearisation's
-            moves_.wrenches[i][e] =
-                exact_[i][e].wrench_change(nodes[e], nodes[e + 1]) - exact_[i][e].wrench_for_gap(other);
-        }
+        for (int e = 0; e < chains_[i].elements(); ++e)
+            moves_.wrenches[i][e] = exact_[i][e].wrench_change(nodes[e], nodes[e + 1], gaps_[i][e]);
     }
 }
 
@@ -294,54 +331,65 @@ Moves Equilibrium::response_to_parameter(const Shape& shape, const Border& borde
     return moves_;
 }
 
-double Equilibrium::force_scale(const Shape& shape) const {
-    double scale = largest_force(shape);
-    for (const RodAtPressure& rod : scene_.rods)
-        scale = std::max(scale, rod.section.bending / (rod.rest_length * rod.rest_length));
-    return scale;
+Equilibrium::Scales Equilibrium::scales_at(const Shape& shape) const {
+    Scales scales;
+    scales.largest_force = largest_force(shape);
+    scales.force = scales.largest_force, scales.moment = largest_moment(shape);
+    for (const RodAtPressure& rod : scene_.rods) {
+        const double moment = rod.section.bending / rod.rest_length;
+        scales.force = std::max(scales.force, moment / rod.rest_length);
+        scales.moment = std::max(scales.moment, moment);
+    }
+    return scales;
 }
 
-double Equilibrium::moment_scale(const Shape& shape) const {
-    double scale = largest_moment(shape);
-    for (const RodAtPressure& rod : scene_.rods) scale = std::max(scale, rod.section.bending / rod.rest_length);
-    return scale;
-}
-
-double Equilibrium::largest_wrench_change(const Shape& shape) const {
-    const double force = force_scale(shape), moment = moment_scale(shape);
-    double largest = 0.0;
+double Equilibrium::largest_wrench_change(const Scales& scales) const {
+    double force = 0.0, moment = 0.0;  // squares
     for (const auto& wrenches : moves_.wrenches)
         for (const Vector6& w : wrenches) {
-            grow(largest, w.head<3>().norm() / force);
-            grow(largest, w.tail<3>().norm() / moment);
+            grow(force, w.head<3>().squaredNorm());
+            grow(moment, w.tail<3>().squaredNorm());
         }
+    double largest = std::sqrt(force) / scales.force;
+    grow(largest, std::sqrt(moment) / scales.moment);
     return largest;
 }
 
-double Equilibrium::stiffness_change(const Shape& shape) const {
+double Equilibrium::stiffness_change(const Step& step, const Scales& scales) const {
     // A bound with room. A move turns forces and arms: eigenvalues near zero change by less than 0.03 of forces times
     // the limb's length in 500 random postures of the reference limb, and ten times as much is allowed for. Other
     // forces inside a rod act over its own length.
-    const double moved = largest_move(moves_, geometry_.length);
     double largest = 0.0;
-    for (std::size_t i = 0; i < moves_.wrenches.size(); ++i)
+    for (std::size_t i = 0; i < moves_.wrenches.size(); ++i) {
+        double force = 0.0, moment = 0.0;  // squares
         for (const Vector6& w : moves_.wrenches[i])
-            grow(largest, w.head<3>().norm() * scene_.rods[i].rest_length + w.tail<3>().norm());
-    return 0.3 * moved * force_scale(shape) * geometry_.length + largest;
+            grow(force, w.head<3>().squaredNorm()), grow(moment, w.tail<3>().squaredNorm());
+        grow(largest, std::sqrt(force) * scene_.rods[i].rest_length + std::sqrt(moment));
+    }
+    return 0.3 * step.moved * scales.force * geometry_.length + largest;
 }
 
 bool Equilibrium::surely_stable(double changed) {
-    NewtonReport count;
-    count_modes(count, changed);
-    return count.modes() == 0;
+    if (changed <= stable_beyond_) return true;
+    solve::DefiniteRows rows;
+    for (int j = 0; j < geometry_.plates(); ++j) {
+        if (!rows.add(symmetric_diagonal(j, changed))) return false;
+        if (j + 1 < geometry_.plates()) rows.couple(symmetric_upper(j).transpose());
+    }
+    for (std::size_t i = 0; i < chains_.size(); ++i)
+        if (!chains_[i].positive_beyond(rod_margin(i, changed))) return false;
+    stable_beyond_ = changed;
+    return true;
 }
 
-double Equilibrium::step_size(const Shape& shape) const {
+Equilibrium::Step Equilibrium::step_now(const Scales& scales) const {
     // Translations count relative to the limb, rotations in radians. A wrench a thousand times less: it enters the tip
     // through the compliance, but a stiff rod may still push its error of position into a force.
-    double size = largest_move(moves_, geometry_.length);
-    grow(size, 1e-3 * largest_wrench_change(shape));
-    return size;
+    Step step;
+    step.moved = step.size = largest_move(moves_, geometry_.length);
+    step.wrench = largest_wrench_change(scales);
+    grow(step.size, 1e-3 * step.wrench);
+    return step;
 }
 
 double Equilibrium::bounded_factor(const Shape& shape, double largest_turn) const {
@@ -349,24 +397,26 @@ double Equilibrium::bounded_factor(const Shape& shape, double largest_turn) cons
     return turn > largest_turn ? largest_turn / turn : 1.0;
 }
 
-double Equilibrium::relative_residual(const Shape& shape) const {
-    const double force = force_scale(shape), moment = moment_scale(shape);
+double Equilibrium::relative_residual(const Shape& shape, const Scales& scales) const {
     double residual = 0.0;
     for (int j = 0; j < geometry_.plates(); ++j) {
         const Vector6 r = balance_.projector(j) * balance_.full_residual()[j];
-        grow(residual, r.head<3>().norm() / force);
-        grow(residual, r.tail<3>().norm() / moment);
+        grow(residual, r.head<3>().norm() / scales.force);
+        grow(residual, r.tail<3>().norm() / scales.moment);
         const Hold& hold = scene_.holds[j];
         if (!hold.any()) continue;
         const Vector6 gap = hold_gap(hold, shape.plates[j]);
         for (int k = 0; k < 6; ++k)
             if (hold.held[k]) grow(residual, std::abs(gap(k)) / (k < 3 ? geometry_.length : 1.0));
     }
-    for (std::size_t i = 0; i < shape.rods.size(); ++i)
-        for (const auto& element : exact_[i]) {
-            grow(residual, element.gap().head<3>().norm() / geometry_.length);
-            grow(residual, element.gap().tail<3>().norm());
+    double shift = 0.0, turn = 0.0;  // squares
+    for (const auto& rod : exact_)
+        for (const rod::ExactElement& element : rod) {
+            grow(shift, element.gap().head<3>().squaredNorm());
+            grow(turn, element.gap().tail<3>().squaredNorm());
         }
+    grow(residual, std::sqrt(shift) / geometry_.length);
+    grow(residual, std::sqrt(turn));
     return residual;
 }
 
@@ -391,7 +441,8 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
             report.status = SolveStatus::singular_jacobian;
             return report;
         }
-        report.residual = relative_residual(shape);
+        Scales scales = scales_at(shape);
+        report.residual = relative_residual(shape, scales);
         if (border) {
             if (!differ(shape, *border)) {
                 report.status = SolveStatus::not_finite;
@@ -403,8 +454,8 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
         propose(shape);
         leave_out_neutral();
         const double parameter_step = border ? stay_perpendicular(*border) : 0.0;
-        const double size =
-            border ? std::max(step_size(shape), std::abs(parameter_step) / border->range) : step_size(shape);
+        const Step newton = step_now(scales);
+        const double size = border ? std::max(newton.size, std::abs(parameter_step) / border->range) : newton.size;
         const double factor = bounded_factor(shape, settings.largest_turn);
         if (!std::isfinite(size)) {
             report.status = SolveStatus::not_finite;
@@ -427,9 +478,10 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
             report.status = SolveStatus::limit_point;
             return report;
         }
+        scales = scales_at(shape);
         // Newton's error after a step is about its square. The pass below measures it, so this only avoids vain passes.
         // Where forces have long arms against the moments, as under strong tension, an error of position weighs more.
-        const double leverage = std::max(1.0, 0.05 * largest_force(shape) * geometry_.length / moment_scale(shape));
+        const double leverage = std::max(1.0, 0.05 * scales.largest_force * geometry_.length / scales.moment);
         // Stiff rods may be far from balance where poses hardly move: what is out of balance must be small as well.
         const bool balanced = report.residual < 0.1;
         bool near = factor == 1.0 && ((balanced && size * size * leverage < 0.1 * settings.tolerance) || size < 1e-9);
@@ -438,48 +490,46 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
         // Steps with the stiffness at hand cost a third of one with its own, and each shrinks what is left by about
         // what has been moved since. They serve where the count of modes will not want that stiffness anyway.
         double shrink = 4.0 * size * leverage;
-        double changed = stiffness_change(shape);  // since the linearisation
+        double changed = stiffness_change(newton, scales);  // since the linearisation
         const bool close = factor == 1.0 && same_freedoms && balanced && !near && size * leverage < largest_chord &&
-                           !border && !report.neutral_mode && surely_stable(1.2 * changed);
+                           !border && !report.neutral_mode &&
+                           surely_stable(std::max(neutral_margin(geometry_, scene_), room_for_chords * changed));
         for (int chord = 0; close && !near && chord < 3; ++chord) {
             if (!work.spend(elements * shape.rods.front().integration.steps)) return report;
-            if (!propose_again(shape, 1)) break;
-            const double step = step_size(shape);
-            if (!(step < 0.3 * previous)) break;
+            propose_again(shape, 1);
+            const Step step = step_now(scales);
+            if (!(step.size < 0.3 * previous)) break;
             apply(geometry_, moves_, 1.0, shape);
-            shrink = std::max(shrink, step / previous);
-            near = step * shrink < 0.5 * settings.tolerance || step < 1e-9;
-            previous = step;
-            changed += stiffness_change(shape);
+            scales = scales_at(shape);
+            shrink = std::max(shrink, step.size / previous);
+            near = step.size * shrink < 0.5 * settings.tolerance || step.size < 1e-9;
+            previous = step.size;
+            changed += stiffness_change(step, scales);
         }
         if (!near) {
             refined = false;
             continue;
         }
         // The same balance with half the step: its residual, met by the stiffness at hand, is the error of the answer.
-        if (!propose_again(shape, 2)) {
-            report.status = SolveStatus::not_finite;
-            return report;
-        }
+        propose_again(shape, 2);
         leave_out_neutral();
         const double parameter_error = border ? stay_perpendicular(*border) : 0.0;
-        const double error =
-            border ? std::max(step_size(shape), std::abs(parameter_error) / border->range) : step_size(shape);
+        const Step last = step_now(scales);
+        const double error = border ? std::max(last.size, std::abs(parameter_error) / border->range) : last.size;
         report.error_estimate = error;
         if (!std::isfinite(error)) {
             report.status = SolveStatus::not_finite;
             return report;
         }
         // Rounding sets a floor: a Newton step below 1e-11 that no longer shrinks is as good as doubles get.
-        const double wrench = largest_wrench_change(shape);
-        changed += stiffness_change(shape);
+        changed += stiffness_change(last, scales);
         apply(geometry_, moves_, 1.0, shape);
         if (border && !border->move_by(parameter_error)) {
             report.status = SolveStatus::limit_point;
             return report;
         }
         // Balances are met to the tolerance as well: what the wrenches still miss.
-        if (error <= settings.tolerance && wrench * std::min(shrink, 1.0) <= 5.0 * settings.tolerance) {
+        if (error <= settings.tolerance && last.wrench * std::min(shrink, 1.0) <= 5.0 * settings.tolerance) {
             ++report.iterations;
             report.status = SolveStatus::converged;
             if (report.neutral_mode) {
@@ -514,12 +564,12 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
 }
 
 void Equilibrium::judge(const Shape& shape, NewtonReport& report, double changed) {
-    // A mode this near to zero is looked at again, whatever its sign.
     const double neutral = neutral_margin(geometry_, scene_);
+    report.plate_modes = report.rod_modes = 0;
+    if (surely_stable(std::max(neutral, changed))) return;
     NewtonReport doubtful = report;
     count_modes(doubtful, std::max(neutral, changed));
     report.plate_modes = doubtful.plate_modes, report.rod_modes = doubtful.rod_modes;
-    if (doubtful.modes() == 0) return;
     if (changed > 0.0 && !linearise(shape)) return;
     count_modes(report);
     if (report.neutral_mode) return;
@@ -537,40 +587,59 @@ void Equilibrium::judge(const Shape& shape, NewtonReport& report, double changed
     report.neutral_mode = true;
 }
 
+Matrix6 Equilibrium::symmetric_diagonal(int j, double margin) const {
+    const Matrix6& k = balance_.system().diagonal[j];
+    Matrix6 symmetric;
+    if (scene_.holds[j].any()) {
+        const Matrix6& p = balance_.projector(j);
+        const Matrix6 free = p * k * p;
+        const double weight = std::max(k.diagonal().cwiseAbs().maxCoeff(), 1e-300);
+        symmetric = 0.5 * (free + free.transpose()) + weight * (Matrix6::Identity() - p);
+    } else {
+        symmetric = 0.5 * (k + k.transpose());
+    }
+    symmetric.diagonal().head<3>().array() -= margin / (geometry_.length * geometry_.length);
+    symmetric.diagonal().tail<3>().array() -= margin;
+    return symmetric;
+}
+
+Matrix6 Equilibrium::symmetric_upper(int j) const {
+    const solve::BlockTridiagonal& k = balance_.system();
+    Matrix6 symmetric = 0.5 * (k.upper[j] + k.lower[j + 1].transpose());
+    if (scene_.holds[j].any()) symmetric = (balance_.projector(j) * symmetric).eval();
+    if (scene_.holds[j + 1].any()) symmetric = (symmetric * balance_.projector(j + 1)).eval();
+    return symmetric;
+}
+
+Vector6 Equilibrium::rod_margin(std::size_t i, double margin) const {
+    // In units of its pieces: a force changes the stiffness of a rod's nodes by itself over their length.
+    const double piece = scene_.rods[i].rest_length / chains_[i].elements();
+    Vector6 shift = Vector6::Constant(margin);
+    shift.head<3>() /= piece * piece;
+    return shift;
+}
+
 void Equilibrium::count_modes(NewtonReport& report, double margin) {
     // Inertia of the symmetric part, confined to the free freedoms on both sides; Sylvester's law adds the pivots up.
-    const solve::BlockTridiagonal& k = balance_.system();
-    solve::BlockTridiagonal& symmetric = symmetric_;
-    for (int j = 0; j < k.rows(); ++j) {
-        const Matrix6& p = balance_.projector(j);
-        const Matrix6 free = p * k.diagonal[j] * p;
-        const double weight = std::max(k.diagonal[j].diagonal().cwiseAbs().maxCoeff(), 1e-300);
-        symmetric.diagonal[j] = 0.5 * (free + free.transpose()) + weight * (Matrix6::Identity() - p);
-        // Eigenvalues below `margin` [N m] count as negative: translations in limb lengths.
-        symmetric.diagonal[j].diagonal().head<3>().array() -= margin / (geometry_.length * geometry_.length);
-        symmetric.diagonal[j].diagonal().tail<3>().array() -= margin;
-        if (j + 1 == k.rows()) continue;
-        const Matrix6& next = balance_.projector(j + 1);
-        symmetric.upper[j] = 0.5 * p * (k.upper[j] + k.lower[j + 1].transpose()) * next;
-        symmetric.lower[j + 1] = symmetric.upper[j].transpose();
+    const int plates = geometry_.plates();
+    for (int j = 0; j < plates; ++j) {
+        symmetric_.diagonal[j] = symmetric_diagonal(j, margin);
+        if (j + 1 == plates) continue;
+        symmetric_.upper[j] = symmetric_upper(j);
+        symmetric_.lower[j + 1] = symmetric_.upper[j].transpose();
     }
     report.rod_modes = report.plate_modes = 0;
     for (std::size_t i = 0; i < chains_.size(); ++i) {
         const rod::Chain& chain = chains_[i];
         if (margin > 0.0 && chain.elements() > 1) {
-            // Of a rod's nodes too, in units of its pieces: a force changes their stiffness by itself over their
-            // length.
-            const double piece = scene_.rods[i].rest_length / chain.elements();
-            Vector6 shift = Vector6::Constant(margin);
-            shift.head<3>() /= piece * piece;
-            if (chain.positive_beyond(shift)) continue;
+            if (chain.positive_beyond(rod_margin(i, margin))) continue;
             report.rod_modes += std::max(1, chain.negative_pivots());
             continue;
         }
         report.rod_modes += chain.negative_pivots();
     }
-    if (!symmetric.factor()) return;
-    for (const Matrix6& pivot : symmetric.pivots()) report.plate_modes += rod::negative_eigenvalues(pivot);
+    if (!symmetric_.factor()) return;
+    for (const Matrix6& pivot : symmetric_.pivots()) report.plate_modes += rod::negative_eigenvalues(pivot);
 }
 
 int Equilibrium::diverging_modes() const {
@@ -663,21 +732,23 @@ void Equilibrium::respond_to_rods(const Shape& shape, const std::vector<RodSlope
                    slopes[i].section.mass_per_length * scene_.gravity, end_slopes_[i][e]);
     });
     tip_moves.resize(slopes.size());
-    for (Vector12& forces : rod_forces_) forces.setZero();
-    for (std::size_t i = 0; i < slopes.size(); ++i) {
-        for (int e = 0; e < shape.rods[i].elements(); ++e) {
-            const rod::EndSlope& slope = end_slopes_[i][e];
-            const Vector6 change = exact_[i][e].wrench_for_gap(slope.pose);
-            loads_[i][e] << -change, slope.wrench + exact_[i][e].end_wrench_by_base_wrench() * change;
+    std::size_t i = 0;
+    for (int j = 0; j < geometry_.plates(); ++j)
+        for (const Placement& place : geometry_.segments[j].rods) {
+            for (int e = 0; e < shape.rods[i].elements(); ++e) {
+                const rod::EndSlope& slope = end_slopes_[i][e];
+                const Vector6 change = exact_[i][e].wrench_for_gap(slope.pose);
+                loads_[i][e] << -change, slope.wrench + exact_[i][e].end_wrench_by_base_wrench() * change;
+            }
+            // Only the two plates of the rod are loaded.
+            for (Vector6& force : plate_forces_) force.setZero();
+            Balance::add_carried(geometry_, shape.plates, j, place, chains_[i].condense_loads(loads_[i], interior_[i]),
+                                 plate_forces_);
+            for (int plate = std::max(0, j - 1); plate <= j; ++plate)
+                plate_forces_[plate] = (balance_.projector(plate) * plate_forces_[plate]).eval();
+            balance_.solve(plate_forces_, moves_.plates);
+            tip_moves[i++] = moves_.plates.back();
         }
-        rod_forces_[i] = chains_[i].condense_loads(loads_[i], interior_[i]);
-        Balance::carry(geometry_, shape.plates, rod_forces_, plate_forces_);
-        rod_forces_[i].setZero();
-        for (int j = 0; j < geometry_.plates(); ++j)
-            plate_forces_[j] = (balance_.projector(j) * plate_forces_[j]).eval();
-        balance_.solve(plate_forces_, moves_.plates);
-        tip_moves[i] = moves_.plates.back();
-    }
 }
 
 Vector6 Equilibrium::base_wrench(const Shape& shape) const {

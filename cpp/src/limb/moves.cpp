@@ -1,6 +1,7 @@
 #include "softlimb/limb/moves.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "softlimb/largest.hpp"
 
@@ -39,30 +40,34 @@ Moves& Moves::add(double factor, const Moves& other) {
 }
 
 double largest_move(const Moves& moves, double length) {
-    double largest = 0.0;
+    double shift = 0.0, turn = 0.0;  // squares
     const auto include = [&](const Vector6& x) {
-        grow(largest, x.head<3>().norm() / length);
-        grow(largest, x.tail<3>().norm());
+        grow(shift, x.head<3>().squaredNorm());
+        grow(turn, x.tail<3>().squaredNorm());
     };
     for (const Vector6& x : moves.plates) include(x);
     for (const auto& nodes : moves.nodes)
         for (const Vector6& x : nodes) include(x);
+    double largest = std::sqrt(shift) / length;
+    grow(largest, std::sqrt(turn));
     return largest;
 }
 
 double largest_deformation(const Shape& shape, const Moves& moves, double length) {
-    double largest = 0.0;
-    for (const Vector6& x : moves.plates) grow(largest, x.tail<3>().norm());
+    double shift = 0.0, largest_turn = 0.0;  // squares
+    for (const Vector6& x : moves.plates) grow(largest_turn, x.tail<3>().squaredNorm());
     for (std::size_t i = 0; i < moves.nodes.size(); ++i) {
         const auto& nodes = moves.nodes[i];
         const auto& poses = shape.rods[i].nodes;
         for (std::size_t e = 0; e + 1 < nodes.size(); ++e) {
             const Vector3 turn = nodes[e].tail<3>(), arm = poses[e + 1].position - poses[e].position;
             const Vector3 carried = nodes[e].head<3>() + turn.cross(arm);
-            grow(largest, (nodes[e + 1].head<3>() - carried).norm() / length);
-            grow(largest, nodes[e + 1].tail<3>().norm());
+            grow(shift, (nodes[e + 1].head<3>() - carried).squaredNorm());
+            grow(largest_turn, nodes[e + 1].tail<3>().squaredNorm());
         }
     }
+    double largest = std::sqrt(shift) / length;
+    grow(largest, std::sqrt(largest_turn));
     return largest;
 }
 

@@ -10,9 +10,10 @@ namespace softlimb::limb {
 
 double Equilibrium::step_to_balance(Shape& shape) {
     if (!linearise_at(shape)) return std::numeric_limits<double>::infinity();
-    const double residual = relative_residual(shape);
+    const Scales scales = scales_at(shape);
+    const double residual = relative_residual(shape, scales);
     propose(shape);
-    const double size = step_size(shape);
+    const double size = step_now(scales).size;
     if (!std::isfinite(size)) return std::numeric_limits<double>::infinity();
     const double factor = bounded_factor(shape, NewtonSettings{}.largest_turn);
     apply(geometry_, moves_, factor, shape);

@@ -33,14 +33,27 @@ bool Scene::conservative() const {
     return true;
 }
 
+namespace {
+
+/// frame * place; most rods stand along their plate's axis, so that nothing needs turning.
+void put(const Pose& frame, const Pose& place, Pose& out) {
+    out.position = frame.position + frame.rotation * place.position;
+    if (place.rotation == Matrix3::Identity())
+        out.rotation = frame.rotation;
+    else
+        out.rotation.noalias() = frame.rotation * place.rotation;
+}
+
+}  // namespace
+
 void attach_rods(const Geometry& geometry, Shape& shape) {
     int i = 0;
     for (int j = 0; j < geometry.plates(); ++j) {
         const Pose foot = geometry.footing(j, shape.plates);
         for (const Placement& place : geometry.segments[j].rods) {
             RodShape& rod = shape.rods[i++];
-            rod.nodes.front() = foot * place.base;
-            rod.nodes.back() = shape.plates[j] * place.end;
+            put(foot, place.base, rod.nodes.front());
+            put(shape.plates[j], place.end, rod.nodes.back());
         }
     }
 }

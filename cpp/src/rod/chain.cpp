@@ -2,7 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "softlimb/solve/block6.hpp"
+#include "softlimb/solve/definite.hpp"
 
 namespace softlimb::rod {
 namespace {
@@ -46,17 +46,15 @@ int Chain::negative_pivots() const {
 }
 
 bool Chain::positive_beyond(const Vector6& margin) const {
-    Matrix6 lower, coupling = Matrix6::Zero();  // of the node before, and L^-1 times the block beside it
+    solve::DefiniteRows rows;
     for (int k = 1; k < elements(); ++k) {
         const Matrix12 &before = elements_[k - 1].stiffness, &after = elements_[k].stiffness;
         const Matrix6 whole = before.bottomRightCorner<6, 6>() + after.topLeftCorner<6, 6>();
         Matrix6 pivot = 0.5 * (whole + whole.transpose());
         pivot.diagonal() -= margin;
-        if (k > 1) pivot.noalias() -= coupling.transpose() * coupling;
-        if (!solve::cholesky(pivot, lower)) return false;
-        if (k + 1 == elements()) break;
-        coupling = 0.5 * (after.topRightCorner<6, 6>() + after.bottomLeftCorner<6, 6>().transpose());
-        lower.triangularView<Eigen::Lower>().solveInPlace(coupling);
+        if (!rows.add(pivot)) return false;
+        if (k + 1 < elements())
+            rows.couple(0.5 * (after.bottomLeftCorner<6, 6>() + after.topRightCorner<6, 6>().transpose()));
     }
     return true;
 }

@@ -257,8 +257,10 @@ void Batch::run(int steps) const {
         lanes::kernel().shoot(starts_.data(), ends_.data(), count, steps);
 }
 
-Vector6 ExactElement::wrench_change(const Vector6& first, const Vector6& second) const {
-    return end_by_wrench_inverse_ * (second - end_by_pose_ * first - gap_);
+Vector6 ExactElement::wrench_change(const Vector6& first, const Vector6& second, const Vector6& gap) const {
+    Vector6 missing = second - gap - end_by_pose_.rightCols<3>() * first.tail<3>();
+    missing.head<3>() -= first.head<3>();  // a shift of the base shifts the end
+    return end_by_wrench_inverse_ * missing;
 }
 
 }  // namespace softlimb::rod

@@ -39,6 +39,9 @@ public:
     /// Carries end forces of the rods to the plates: the transpose of the rods' attachment.
     static void carry(const Geometry& geometry, const std::vector<Pose>& plates,
                       const std::vector<Vector12>& rod_forces, std::vector<Vector6>& plate_forces);
+    /// Adds those of one rod of segment j.
+    static void add_carried(const Geometry& geometry, const std::vector<Pose>& plates, int j, const Placement& place,
+                            const Vector12& rod_force, std::vector<Vector6>& plate_forces);
     /// Puts the moves of every rod's two ends, first and last of its `nodes`, where those of the plates take them (base
     /// plate: zero).
     static void move_ends(const Geometry& geometry, const std::vector<Pose>& plates, const std::vector<Vector6>& moves,

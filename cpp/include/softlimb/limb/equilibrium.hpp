@@ -128,7 +128,13 @@ public:
     std::vector<Vector6> reactions(const Shape& shape) const;
 
 private:
+    /// Unstable modes; eigenvalues below `margin` [N m] count as negative, of translations in limb lengths.
     void count_modes(NewtonReport& report, double margin = 0.0);
+    /// Blocks of the symmetric part of the plates' stiffness, confined to the free freedoms, less such a margin.
+    Matrix6 symmetric_diagonal(int j, double margin) const;
+    Matrix6 symmetric_upper(int j) const;
+    /// The same margin for the nodes of rod i.
+    Vector6 rod_margin(std::size_t i, double margin) const;
     void pin(double share);
     void find_neutral(const Shape& shape);
     void leave_out_neutral();
@@ -141,22 +147,29 @@ private:
     bool linearise(const Shape& shape);
     void propose(const Shape& shape);
     /// Moves that meet the residual at `shape`, integrated with `finer` times its steps, by the last linearisation's
-    /// stiffness. False when something is not finite.
-    bool propose_again(const Shape& shape, int finer);
+    /// stiffness. What is not finite there leaves a move of its piece that is not.
+    void propose_again(const Shape& shape, int finer);
     bool differ(const Shape& shape, const Border& border);
     void respond_to_gaps(const Shape& shape);
     double stay_perpendicular(const Border& border);
     /// What forces and moments are measured by: the largest inside the rods, or EI/l^2 and EI/l where those are larger.
-    double force_scale(const Shape& shape) const;
-    double moment_scale(const Shape& shape) const;
-    double largest_wrench_change(const Shape& shape) const;
+    struct Scales {
+        double force, moment;
+        double largest_force;
+    };
+    Scales scales_at(const Shape& shape) const;
+    /// How large the proposed moves are: poses, wrenches relative to the scales, and what counts of both.
+    struct Step {
+        double moved, wrench, size;
+    };
+    Step step_now(const Scales& scales) const;
+    double largest_wrench_change(const Scales& scales) const;
     /// By how much the proposed moves may change the stiffness of the plates [N m].
-    double stiffness_change(const Shape& shape) const;
-    /// No mode is unstable, nor would be were the last linearisation wrong by so much [N m].
+    double stiffness_change(const Step& step, const Scales& scales) const;
+    /// No mode is unstable, nor would be were the last linearisation wrong by so much [N m]. False leaves it open.
     bool surely_stable(double changed);
-    double step_size(const Shape& shape) const;
     double bounded_factor(const Shape& shape, double largest_turn) const;
-    double relative_residual(const Shape& shape) const;
+    double relative_residual(const Shape& shape, const Scales& scales) const;
 
     static rod::RodPiece piece_of(const Scene& scene, int i, const Shape& shape) {
         return {&scene.rods[i].section, scene.rods[i].rest_length / shape.rods[i].elements(), scene.line_load(i)};
@@ -166,6 +179,7 @@ private:
     const Geometry& geometry_;
     const Scene& scene_;
     double length_scale_ = 1.0;
+    double stable_beyond_ = -1.0;      // [N m] largest `changed` for which the last linearisation is `surely_stable`
     Vector6 shift_ = Vector6::Zero();  // on every free node and plate, against a neutral mode; else zero
 };
 

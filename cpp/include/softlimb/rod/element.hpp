@@ -75,8 +75,8 @@ public:
     lanes::Linear target(const Pose& second, ElementStiffness& out);
     /// Whether the last linearisation is finite and could be inverted.
     bool regular() const { return regular_; }
-    /// Change of the base wrench when the nodes move by the given variations.
-    Vector6 wrench_change(const Vector6& first, const Vector6& second) const;
+    /// Change of the base wrench when the nodes move by the given variations and the end misses its node by `gap`.
+    Vector6 wrench_change(const Vector6& first, const Vector6& second, const Vector6& gap) const;
     /// Change of the base wrench that closes the mismatch `gap` of the end pose (dp, dtheta), nodes fixed.
     Vector6 wrench_for_gap(const Vector6& gap) const { return -(end_by_wrench_inverse_ * gap); }
     /// End pose of the piece minus the second node: (dp, rotation vector), at linearisation.
