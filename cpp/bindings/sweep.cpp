@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 
 #include <optional>
+#include <tuple>
 #include <vector>
 
 #include "arrays.hpp"
@@ -27,9 +28,49 @@ Number* rows_of(InPlace<Number>& array, const char* name, py::ssize_t rows, py::
     return array.mutable_data();  // raises where it may not be written
 }
 
+/// Asks Python whether to go on, and sees Ctrl-C.
+sweep::Tick asking(const py::typing::Callable<bool(int)>& tick) {
+    return [&tick](std::int64_t done) {
+        py::gil_scoped_acquire locked;
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+        return py::cast<bool>(tick(done));
+    };
+}
+
+using AtlasState = std::tuple<std::vector<int>, std::vector<int>, std::vector<double>, std::vector<double>,
+                              std::vector<int>, std::vector<double>>;
+
+AtlasState state_of(const sweep::Atlas& atlas) {
+    const sweep::Atlas::Content& c = atlas.content();
+    return {c.mesh.elements, c.mesh.steps, c.middle, c.scale, c.powers, c.coefficients};
+}
+
+sweep::Atlas atlas_of(const AtlasState& state) {
+    const auto& [elements, steps, middle, scale, powers, coefficients] = state;
+    return sweep::Atlas({{elements, steps}, middle, scale, powers, coefficients});
+}
+
+std::optional<sweep::Atlas> survey_rows(const std::shared_ptr<limb::Geometry>& geometry,
+                                        const std::shared_ptr<sweep::Members>& members, const limb::Scene& scene,
+                                        const InPlace<double>& pressures, double tolerance, const std::string& section,
+                                        const std::string& valve, int threads,
+                                        const py::typing::Callable<bool(int)>& tick) {
+    if (pressures.ndim() != 2 || pressures.shape(1) != members->actuators())
+        throw std::invalid_argument("pressures must have one column an actuator");
+    sweep::SweepOptions options;
+    options.model = section_model(section), options.valve = valve_of(valve);
+    options.tolerance = tolerance, options.threads = threads;
+    const sweep::Tick ask = asking(tick);
+    const double* given = pressures.data();
+    const py::ssize_t rows = pressures.shape(0);
+    py::gil_scoped_release unlocked;
+    return sweep::survey(*geometry, *members, scene, options, given, rows, ask);
+}
+
 void sweep_rows(const std::shared_ptr<limb::Geometry>& geometry, const std::shared_ptr<sweep::Members>& members,
                 const limb::Scene& scene, const InPlace<double>& pressures, double tolerance, bool prefer_stable,
-                const std::string& section, const std::string& valve, bool ordered, int threads,
+                const std::string& section, const std::string& valve, bool ordered,
+                const std::optional<std::shared_ptr<sweep::Atlas>>& atlas, int threads,
                 const std::optional<std::shared_ptr<limb::Posture>>& start, const std::optional<Array>& start_plates,
                 InPlace<double> tip, InPlace<double> plates, InPlace<std::int8_t> status, InPlace<bool> success,
                 InPlace<bool> stable, InPlace<std::int64_t> unstable_modes, InPlace<double> clearance,
@@ -48,15 +89,12 @@ void sweep_rows(const std::shared_ptr<limb::Geometry>& geometry, const std::shar
     options.model = section_model(section), options.valve = valve_of(valve);
     options.tolerance = tolerance, options.prefer_stable = prefer_stable;
     options.ordered = ordered, options.threads = threads;
+    if (atlas) options.atlas = atlas->get();
     if (start) options.start = &(*start)->solution.shape;
     std::vector<Pose> first;
     if (start_plates) first = poses_of(*start_plates), options.start_plates = &first;
 
-    const sweep::Tick ask = [&tick](std::int64_t done) {
-        py::gil_scoped_acquire locked;
-        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-        return py::cast<bool>(tick(done));
-    };
+    const sweep::Tick ask = asking(tick);
     std::vector<sweep::RowMessage> messages;
     std::exception_ptr raised;
     try {
@@ -82,9 +120,22 @@ void bind_sweep(py::module_& m) {
             return names;
         },
         "Names of the outcomes of a solve, by number.");
+    py::class_<sweep::Atlas, std::shared_ptr<sweep::Atlas>>(
+        m, "Atlas", "Starts for the rows of a long sweep, fitted to some of them; made by `survey_rows`.")
+        .def_property_readonly(
+            "terms", [](const sweep::Atlas& a) { return a.content().powers.size() / a.content().middle.size(); },
+            "Number of terms of its polynomials.")
+        .def(py::pickle(&state_of, &atlas_of));
+    m.def("survey_rows", &survey_rows, py::arg("geometry"), py::arg("members"), py::arg("scene"),
+          py::arg("pressures").noconvert(), py::kw_only(), py::arg("tolerance"), py::arg("section"), py::arg("valve"),
+          py::arg("threads"), py::arg("tick"),
+          R"(Solves rows of pressures (N, A) from nothing and fits an atlas to them, without the interpreter lock.
+
+None where an atlas does not serve: the limb is held, too few rows have an answer, rods need many pieces, or a row has
+another stable posture, which each row should then say itself. `tick` as for `sweep_rows`; none after a stop.)");
     m.def("sweep_rows", &sweep_rows, py::arg("geometry"), py::arg("members"), py::arg("scene"),
           py::arg("pressures").noconvert(), py::kw_only(), py::arg("tolerance"), py::arg("prefer_stable"),
-          py::arg("section"), py::arg("valve"), py::arg("ordered"), py::arg("threads"), py::arg("start"),
+          py::arg("section"), py::arg("valve"), py::arg("ordered"), py::arg("atlas"), py::arg("threads"), py::arg("start"),
           py::arg("start_plates"), py::arg("tip").noconvert(), py::arg("plates").noconvert(),
           py::arg("status").noconvert(), py::arg("success").noconvert(), py::arg("stable").noconvert(),
           py::arg("unstable_modes").noconvert(), py::arg("clearance").noconvert(), py::arg("iterations").noconvert(),

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['CHUNK_ROWS', 'Derivatives', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'NeuralPid', 'Ogden', 'Parameters', 'Pid', 'PlainSolver', 'Plant', 'Posture', 'PressureLoop', 'Reached', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'law_coefficients', 'linearised', 'orifice_flow', 'plain_reach', 'potential_energy', 'potential_energy_slopes', 'reach', 'rest_length_slopes', 'rod_end', 'status_names', 'sweep_rows', 'thread_geometry', 'use_instruction_set', 'yardstick']
+__all__: list[str] = ['Atlas', 'CHUNK_ROWS', 'Derivatives', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'NeuralPid', 'Ogden', 'Parameters', 'Pid', 'PlainSolver', 'Plant', 'Posture', 'PressureLoop', 'Reached', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'law_coefficients', 'linearised', 'orifice_flow', 'plain_reach', 'potential_energy', 'potential_energy_slopes', 'reach', 'rest_length_slopes', 'rod_end', 'status_names', 'survey_rows', 'sweep_rows', 'thread_geometry', 'use_instruction_set', 'yardstick']
 class Section:
     """
     Stiffness of a rod's cross-section, per rest length, SI.
@@ -2397,6 +2397,19 @@ class Reached:
     @property
     def weights(self) -> numpy.typing.NDArray[numpy.float64]:
         ...
+class Atlas:
+    """
+    Starts for the rows of a long sweep, fitted to some of them; made by `survey_rows`.
+    """
+    def __getstate__(self) -> tuple[list[int], list[int], list[float], list[float], list[int], list[float]]:
+        ...
+    def __setstate__(self, arg0: tuple[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]]) -> None:
+        ...
+    @property
+    def terms(self) -> int:
+        """
+        Number of terms of its polynomials.
+        """
 class Pid:
     """
     The PID of softlimb/control/pid.hpp; see `softlimb.control.PID`.
@@ -2651,7 +2664,14 @@ def status_names() -> list[str]:
     """
     Names of the outcomes of a solve, by number.
     """
-def sweep_rows(geometry: Geometry, members: Members, scene: Scene, pressures: numpy.typing.NDArray[numpy.float64], *, tolerance: typing.SupportsFloat | typing.SupportsIndex, prefer_stable: bool, section: str, valve: str, ordered: bool, threads: typing.SupportsInt | typing.SupportsIndex, start: Posture | None, start_plates: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None, tip: numpy.typing.NDArray[numpy.float64], plates: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8], success: numpy.typing.NDArray[numpy.bool], stable: numpy.typing.NDArray[numpy.bool], unstable_modes: numpy.typing.NDArray[numpy.int64], clearance: numpy.typing.NDArray[numpy.float64], iterations: numpy.typing.NDArray[numpy.int64], residual: numpy.typing.NDArray[numpy.float64], message: dict[int, str], tick: collections.abc.Callable[[int], bool]) -> None:
+def survey_rows(geometry: Geometry, members: Members, scene: Scene, pressures: numpy.typing.NDArray[numpy.float64], *, tolerance: typing.SupportsFloat | typing.SupportsIndex, section: str, valve: str, threads: typing.SupportsInt | typing.SupportsIndex, tick: collections.abc.Callable[[int], bool]) -> Atlas | None:
+    """
+    Solves rows of pressures (N, A) from nothing and fits an atlas to them, without the interpreter lock.
+    
+    None where an atlas does not serve: the limb is held, too few rows have an answer, rods need many pieces, or a row has
+    another stable posture, which each row should then say itself. `tick` as for `sweep_rows`; none after a stop.
+    """
+def sweep_rows(geometry: Geometry, members: Members, scene: Scene, pressures: numpy.typing.NDArray[numpy.float64], *, tolerance: typing.SupportsFloat | typing.SupportsIndex, prefer_stable: bool, section: str, valve: str, ordered: bool, atlas: Atlas | None, threads: typing.SupportsInt | typing.SupportsIndex, start: Posture | None, start_plates: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None, tip: numpy.typing.NDArray[numpy.float64], plates: numpy.typing.NDArray[numpy.float64], status: numpy.typing.NDArray[numpy.int8], success: numpy.typing.NDArray[numpy.bool], stable: numpy.typing.NDArray[numpy.bool], unstable_modes: numpy.typing.NDArray[numpy.int64], clearance: numpy.typing.NDArray[numpy.float64], iterations: numpy.typing.NDArray[numpy.int64], residual: numpy.typing.NDArray[numpy.float64], message: dict[int, str], tick: collections.abc.Callable[[int], bool]) -> None:
     """
     Solves one posture a row of pressures (N, A) into the given arrays, without the interpreter lock.
     

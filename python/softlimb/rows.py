@@ -21,7 +21,7 @@ from softlimb.arguments import finite_of_shape, shown, truth
 if TYPE_CHECKING:
     from softlimb.limb import Limb
 
-__all__ = ["GROUP", "INVALID", "NOT_RUN", "Rows", "build", "solve_rows"]
+__all__ = ["GROUP", "INVALID", "NOT_RUN", "Atlas", "Rows", "build", "solve_rows", "survey_rows"]
 
 CONVERGED = "converged"
 """Status of a row in equilibrium to the tolerance asked for."""
@@ -34,6 +34,9 @@ INVALID = "invalid"
 
 GROUP = _core.CHUNK_ROWS
 """Rows in which an ordered sweep chains neighbours; the first of each starts by itself."""
+
+Atlas = _core.Atlas
+"""Where the rows of a long sweep start: see `survey_rows`. It may travel to other processes."""
 
 _STATUS = dict(enumerate(_core.status_names())) | {-1: NOT_RUN}
 
@@ -101,6 +104,7 @@ def solve_rows(
     threads: int,
     ordered: bool,
     tick: Callable[[int], bool],
+    atlas: Atlas | None = None,
     **scene: Any,
 ) -> Rows:
     """Solve one posture a row.
@@ -118,6 +122,8 @@ def solve_rows(
     tick : callable
         Called about ten times a second, from the thread of the caller, with the number of rows done; false stops, and
         so does Ctrl-C. Rows not come to have status "not_run".
+    atlas : Atlas, optional
+        Where rows start from; not with an order or a start. A row depends on itself and on the atlas then.
     **scene
         Loads and options of `Limb.solve`, the same for all rows. What it refuses, it refuses for all: every row then
         has status "invalid".
@@ -129,7 +135,7 @@ def solve_rows(
     Raises
     ------
     ValueError
-        Pressures of another shape or not finite, ``threads`` below 1.
+        Pressures of another shape or not finite, ``threads`` below 1, an atlas with ``ordered`` or a start.
     TypeError
         `Limb.solve` has no such option.
     """
@@ -144,6 +150,8 @@ def solve_rows(
         rows.status[:] = [INVALID] * len(rows)
         rows.message.update(dict.fromkeys(range(len(rows)), str(error)))
         return rows
+    if atlas is not None and (ordered or not _starts_by_itself(common)):
+        raise ValueError("atlas must be None where rows are ordered, have a start, or may be unstable")
     status = np.full(len(rows), -1, dtype=np.int8)
     try:
         _core.sweep_rows(
@@ -156,6 +164,7 @@ def solve_rows(
             section=common.model[0],
             valve=common.model[1],
             ordered=truth("ordered", ordered),
+            atlas=atlas,
             threads=threads,
             start=common.start,
             start_plates=common.start_plates,
@@ -175,6 +184,53 @@ def solve_rows(
         pass
     rows.status[:] = [_STATUS[number] for number in status.tolist()]
     return rows
+
+
+def survey_rows(
+    limb: Limb, pressures: NDArray[np.float64], *, threads: int, tick: Callable[[int], bool], **scene: Any
+) -> Atlas | None:
+    """Solve some rows of a long sweep from nothing, and fit to them where the others may start.
+
+    Parameters
+    ----------
+    limb : Limb
+    pressures : array of float, shape (N, A)
+        Gauge pressures [Pa], flat order, finite; the same rows in another order give another atlas, by rounding.
+    threads, tick, **scene
+        As for `solve_rows`.
+
+    Returns
+    -------
+    Atlas or None
+        None where rows had better start by themselves: they have a start, may be unstable, or the limb refuses the
+        scene; a plate is held; too few of the rows succeed, or one has another stable posture; or the work was stopped.
+
+    Raises
+    ------
+    TypeError
+        `Limb.solve` has no such option.
+    """
+    try:
+        common = limb._common_scene(**scene)
+    except ValueError:
+        return None  # which every row will say
+    if not _starts_by_itself(common):
+        return None
+    return _core.survey_rows(
+        limb._geometry,
+        limb._core_members,
+        common.core,
+        np.ascontiguousarray(pressures, dtype=float),
+        tolerance=common.tolerance,
+        section=common.model[0],
+        valve=common.model[1],
+        threads=threads,
+        tick=tick,
+    )
+
+
+def _starts_by_itself(common: Any) -> bool:
+    return common.start is None and common.start_plates is None and bool(common.prefer_stable)
 
 
 def build() -> str:

@@ -112,13 +112,18 @@ Atlas::Atlas(Content content) : content_(std::move(content)) {
     degree_.assign(rods, 0);
     for (std::size_t k = 0; k < content_.powers.size(); ++k)
         degree_[k % rods] = std::max(degree_[k % rods], content_.powers[k]);
+    panel_count_ = (outputs_ + together - 1) / together;
+    panels_.assign(panel_count_ * terms_ * together, 0.0);
+    for (std::size_t k = 0; k < terms_; ++k)
+        for (std::size_t i = 0; i < outputs_; ++i)
+            panels_[(i / together * terms_ + k) * together + i % together] = content_.coefficients[k * outputs_ + i];
 }
 
 std::optional<Atlas> Atlas::fitted(const limb::Geometry& geometry, const std::vector<Anchor>& anchors,
                                    double tolerance) {
     if (anchors.empty()) return std::nullopt;
     // More terms than this cost more time than the better start saves.
-    constexpr std::size_t most_terms = 256;
+    constexpr std::size_t most_terms = 128;
     const std::size_t most = std::min(most_terms, anchors.size() / 2), rods = geometry.rods();
     Content content;
     std::vector<int> segment;
@@ -159,8 +164,9 @@ std::optional<Atlas> Atlas::fitted(const limb::Geometry& geometry, const std::ve
         values.row(k) = described(geometry, anchors[k], atlas.mesh(), outputs);
     }
     using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    Eigen::Map<Rows>(atlas.content_.coefficients.data(), terms, outputs) = at.colPivHouseholderQr().solve(values);
-    return atlas;
+    Content fitted = atlas.content();
+    Eigen::Map<Rows>(fitted.coefficients.data(), terms, outputs) = at.colPivHouseholderQr().solve(values);
+    return Atlas(std::move(fitted));
 }
 
 void Atlas::fill_terms(const std::vector<limb::RodAtPressure>& rods, Room& room, double* terms) const {
@@ -183,13 +189,14 @@ void Atlas::fill_terms(const std::vector<limb::RodAtPressure>& rods, Room& room,
 
 void Atlas::starts(const limb::Geometry& geometry, const std::vector<limb::RodAtPressure>* const* rods, int count,
                    Room& room) const {
-    room.terms.resize(together * terms_), room.outputs.resize(together * outputs_);
+    const std::size_t padded = panel_count_ * together;
+    room.terms.resize(together * terms_), room.outputs.resize(together * padded);
     for (int i = 0; i < together; ++i) fill_terms(*rods[std::min(i, count - 1)], room, room.terms.data() + i);
-    rod::lanes::kernel().combine(content_.coefficients.data(), static_cast<int>(terms_), static_cast<int>(outputs_),
+    rod::lanes::kernel().combine(panels_.data(), static_cast<int>(terms_), static_cast<int>(panel_count_),
                                  room.terms.data(), room.outputs.data());
     for (int i = 0; i < count; ++i) {
         room.numbers[i].resize(limb::numbers_of(geometry, mesh()));
-        decode(geometry, room.outputs.data() + outputs_ * i, room, room.numbers[i].data());
+        decode(geometry, room.outputs.data() + padded * i, room, room.numbers[i].data());
     }
 }
 

@@ -88,12 +88,15 @@ class Task:
     threads : int
         Of one worker.
     ordered : bool
+    atlas : Atlas, optional
+        Where rows start.
     """
 
     limb: Limb
     scene: Mapping[str, Any]
     threads: int
     ordered: bool
+    atlas: rows.Atlas | None = None
 
     def __call__(self, pressures: NDArray[np.float64], label: str) -> Solved | ValueError | TypeError:
         """Solve; what the limb refuses comes back as a value, so that every exception speaks of the way there.
@@ -102,7 +105,13 @@ class Task:
         """
         try:
             found = rows.solve_rows(
-                self.limb, pressures, threads=self.threads, ordered=self.ordered, tick=lambda _: True, **self.scene
+                self.limb,
+                pressures,
+                threads=self.threads,
+                ordered=self.ordered,
+                tick=lambda _: True,
+                atlas=self.atlas,
+                **self.scene,
             )
         except (ValueError, TypeError) as refusal:
             return refusal

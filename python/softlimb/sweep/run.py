@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from softlimb import rows as solver
 from softlimb.arguments import real_array, shown, truth
-from softlimb.rows import GROUP, INVALID, NOT_RUN
+from softlimb.rows import GROUP, INVALID, NOT_RUN, Atlas
 from softlimb.sweep.batch import Batch, actuator_names, file_path
 from softlimb.sweep.chunks import Chunk, Solved, Task, require_executor, run_chunks
 from softlimb.sweep.record import SweepRecord
@@ -35,6 +35,8 @@ __all__ = ["resume", "sweep"]
 _BLOCK_SECONDS = 0.5  # rows that are solved between two visits to the table: what a killed process loses
 _MOST_IN_BLOCK = 32768  # rows, some twenty megabytes
 _MOST_IN_CHUNK = 1024  # rows that travel to a worker and back together, half a megabyte
+_LONG = 2048  # rows from which on some are solved first, so that the others start near their answers
+_ANCHORS = (128, 384)  # at least and at most so many of them, one in sixteen between: one in three is a term of a fit
 _CHUNKS = 64  # into which a short sweep is cut at least, so that many workers have something to do
 
 
@@ -197,13 +199,14 @@ class _Work:
         missing = self._missing(table)
         with _progress(self.progress, len(missing), int(missing.sum())) as advance, _CtrlC() as ctrl_c:
             try:
+                atlas = self._atlas(table, ctrl_c) if missing.any() else None
                 # What was under way when an executor broke comes last: it may be what broke it.
                 last = np.zeros_like(missing)
                 if self.executor is not None:
-                    left, last = self._fill_elsewhere(table, missing, advance, ctrl_c)
+                    left, last = self._fill_elsewhere(table, missing, atlas, advance, ctrl_c)
                     missing = self._missing(table) & left
                 for first, stop in [*runs_of(missing & ~last), *runs_of(missing & last)]:
-                    self._fill_here(table, first, stop, advance, ctrl_c)
+                    self._fill_here(table, first, stop, atlas, advance, ctrl_c)
             except KeyboardInterrupt:  # the second one, or of a handler that is not ours
                 pass
 
@@ -216,7 +219,21 @@ class _Work:
         found: NDArray[np.bool_] = np.repeat(groups, GROUP)[: len(missing)]
         return found
 
-    def _fill_here(self, table: Table, first: int, stop: int, advance: _Advance, ctrl_c: _CtrlC) -> None:
+    def _atlas(self, table: Table, ctrl_c: _CtrlC) -> Atlas | None:
+        """Where rows start, of a long sweep: from all its rows, so that no row depends on which are missing."""
+        pressures = table.columns["pressures"]
+        if self.ordered or len(pressures) < _LONG:
+            return None
+        fewest, most = _ANCHORS
+        anchors = _some_rows(pressures, min(max(len(pressures) // 16, fewest), most))
+        threads = self.threads or _all_cores()
+        return solver.survey_rows(
+            self.limb, anchors, threads=threads, tick=lambda _: not ctrl_c.pressed, **self.scene
+        )
+
+    def _fill_here(
+        self, table: Table, first: int, stop: int, atlas: Atlas | None, advance: _Advance, ctrl_c: _CtrlC
+    ) -> None:
         """Neighbouring rows, on the cores of this machine, in blocks that take about half a second."""
         threads = self.threads or _all_cores()
         size = GROUP * threads
@@ -230,7 +247,7 @@ class _Work:
             end, started, shown_so_far = min(first + size, stop), time.monotonic(), [0]
             pressures = np.ascontiguousarray(table.columns["pressures"][first:end])
             found = solver.solve_rows(
-                self.limb, pressures, threads=threads, ordered=self.ordered, tick=tick, **self.scene
+                self.limb, pressures, threads=threads, ordered=self.ordered, tick=tick, atlas=atlas, **self.scene
             )
             _note_build(table, solver.build())
             table.put(first, found)
@@ -244,7 +261,7 @@ class _Work:
             first = end
 
     def _fill_elsewhere(
-        self, table: Table, missing: NDArray[np.bool_], advance: _Advance, ctrl_c: _CtrlC
+        self, table: Table, missing: NDArray[np.bool_], atlas: Atlas | None, advance: _Advance, ctrl_c: _CtrlC
     ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Rows on the workers of the executor; returns which are left to this machine, and which of those last."""
         assert self.executor is not None
@@ -257,7 +274,7 @@ class _Work:
         report = run_chunks(
             self.executor,
             [Chunk(first, stop) for first, stop in _cut(missing, self.ordered)],
-            Task(self.limb, self.scene, self.threads or 1, self.ordered),
+            Task(self.limb, self.scene, self.threads or 1, self.ordered, atlas),
             table.columns["pressures"],
             accept,
             lambda: ctrl_c.pressed,
@@ -280,6 +297,20 @@ class _Work:
             for chunk in chunks:
                 mask[chunk.first : chunk.stop] = True
         return left, last
+
+
+def _some_rows(pressures: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """So many different rows, the same ones in the same order however the rows are ordered: those of smallest hash."""
+    rows, keys = np.empty((0, pressures.shape[1])), np.empty(0, dtype=np.uint64)
+    for first in range(0, len(pressures), _MOST_IN_BLOCK):
+        block = np.array(pressures[first : first + _MOST_IN_BLOCK]) + 0.0  # minus zero is zero
+        key = np.full(len(block), 0x9E3779B97F4A7C15, dtype=np.uint64)
+        for column in block.T:
+            key = (key ^ np.ascontiguousarray(column).view(np.uint64)) * np.uint64(0xBF58476D1CE4E5B9)
+            key ^= key >> np.uint64(29)
+        keys, at = np.unique(np.concatenate([keys, key]), return_index=True)
+        rows, keys = np.concatenate([rows, block])[at[:count]], keys[:count]
+    return rows
 
 
 def _cut(missing: NDArray[np.bool_], ordered: bool) -> list[tuple[int, int]]:

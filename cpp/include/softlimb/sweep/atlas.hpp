@@ -50,8 +50,9 @@ private:
     void decode(const limb::Geometry& geometry, const double* outputs, Room& room, double* numbers) const;
 
     Content content_;
-    std::vector<int> degree_;  // highest power of each rod
-    std::size_t terms_ = 0, outputs_ = 0;
+    std::vector<int> degree_;     // highest power of each rod
+    std::vector<double> panels_;  // the coefficients as Kernel::combine wants them
+    std::size_t terms_ = 0, outputs_ = 0, panel_count_ = 0;
 };
 
 }  // namespace softlimb::sweep

@@ -538,18 +538,20 @@ void linearise(const Start* starts, const Linear* out, int count, int steps, Loa
     }
 }
 
-void combine(const double* rows, int count, int numbers, const double* weights, double* sums) {
-    for (int first = 0; first < numbers; first += W) {
-        const int here = numbers - first < W ? numbers - first : W;
-        Pack sum[combined];
-        for (Pack& p : sum) p = Pack(0.0);
-        for (int k = 0; k < count; ++k) {
-            const Pack row = load_some(rows + static_cast<std::ptrdiff_t>(numbers) * k + first, here);
-            for (int i = 0; i < combined; ++i) sum[i] = sum[i] + Pack(weights[combined * k + i]) * row;
+void combine(const double* panels, int count, int panel_count, const double* weights, double* sums) {
+    static_assert(combined % W == 0);
+    for (int panel = 0; panel < panel_count; ++panel)
+        for (int part = 0; part < combined; part += W) {
+            const double* row = panels + static_cast<std::ptrdiff_t>(combined) * count * panel + part;
+            Pack sum[combined];
+            for (Pack& p : sum) p = Pack(0.0);
+            for (int k = 0; k < count; ++k) {
+                const Pack numbers = load_some(row + combined * k, W);
+                for (int i = 0; i < combined; ++i) sum[i] = sum[i] + Pack(weights[combined * k + i]) * numbers;
+            }
+            for (int i = 0; i < combined; ++i)
+                store_some(sums + static_cast<std::ptrdiff_t>(combined) * (panel_count * i + panel) + part, sum[i], W);
         }
-        for (int i = 0; i < combined; ++i)
-            store_some(sums + static_cast<std::ptrdiff_t>(numbers) * i + first, sum[i], here);
-    }
 }
 
 #include "chains.ipp"

@@ -77,7 +77,7 @@ struct Elimination {
     double by_first[36], by_next[36], first_row[36], pivot[36], inverse[36], right[6];
 };
 
-/// Sums that `combine` makes at once.
+/// Sums that `combine` makes at once, and columns of its panels.
 constexpr int combined = 8;
 
 /// The functions of one instruction set.
@@ -102,9 +102,9 @@ struct Kernel {
     /// ground and the last block alone is meant.
     void (*carry)(const double* ends, const double* base_arm, const double* end_arm, double* base, double* upper,
                   double* lower, double* end);
-    /// Sums of `count` rows of `numbers` numbers: `combined` sums of the same rows, each with its own weight of a row.
-    /// Weights are `combined` a row, sums one behind the other.
-    void (*combine)(const double* rows, int count, int numbers, const double* weights, double* sums);
+    /// Sums of `count` rows of numbers: `combined` sums of the same rows, each with its own weight of a row. The numbers
+    /// lie in panels of `combined` columns, row by row; weights are `combined` a row; sums lie one behind the other.
+    void (*combine)(const double* panels, int count, int panel_count, const double* weights, double* sums);
     LimbFunctions limbs;
 };
 
