@@ -63,8 +63,8 @@ void Tube::section_slopes(double pressure, SectionModel model, Valve valve,
         }
         out.axial_law.coefficient[0] = -out.axial / (axial * axial);
     };
-    // To the pressure alone, as a Jacobian wants it: a quarter of the time out of the table. At rest a tension-only tube
-    // has a corner, and the table's first piece begins there.
+    // To the pressure alone, as a Jacobian wants it: a quarter of the time out of the table. At rest a tension-only
+    // tube has a corner, and the table's first piece begins there.
     const bool tabled = model != SectionModel::nonlinear && parameters.size() == 1 &&
                         parameters[0].kind == TubeParameter::Kind::pressure && std::abs(pressure) > smallest_pressure();
     UnloadedState<Dual<1>> state;
