@@ -24,6 +24,11 @@ CLAIM(a_table_of_smooth_functions_meets_them_to_the_digits_it_was_asked_for) {
         CHECK(table.at(x, y));
         CHECK_NEAR(y[0], std::sin(x), 2e-13);
         CHECK_NEAR(y[1], std::exp(-x), 2e-13);
+        std::array<double, 2> again{}, slope{};
+        CHECK(table.at(x, again, slope) && again == y);
+        // A polynomial of degree 19 that errs by 1e-13 has slopes that err by 361 times that over half a piece, 1.25.
+        CHECK_NEAR(slope[0], std::cos(x), 3e-11);
+        CHECK_NEAR(slope[1], -std::exp(-x), 3e-11);
     }
     std::array<double, 2> y{};
     CHECK(!table.at(-1e-9, y) && !table.at(10.0 + 1e-9, y) && !table.at(std::nan(""), y));
@@ -84,6 +89,37 @@ CLAIM(a_section_out_of_the_table_is_that_of_the_equilibrium) {
             const double difficulty = state.locked.ll / condensed;
             CHECK_NEAR(at.section.axial, axial, 1e-12 * std::max(1.0, difficulty) * axial);
         }
+    }
+}
+
+CLAIM(a_slope_to_the_pressure_out_of_the_table_is_that_of_the_equilibrium) {
+    Draw draw(6);
+    using Kind = TubeParameter::Kind;
+    for (const Tube& tube : examples()) {
+        const double highest = std::min(90 * kPa, tube.limit_pressure());
+        for (const SectionModel model : {SectionModel::tangent, SectionModel::paper})
+            for (const Valve valve : {Valve::open, Valve::locked})
+                for (int i = 0; i < 50; ++i) {
+                    const double pressure = highest * draw(0.01, 0.9);
+                    std::vector<SectionSlope> table, plain;
+                    tube.section_slopes(pressure, model, valve, {{Kind::pressure}}, table);
+                    // Beside another parameter the pressure's slope is found by the equilibrium, differentiated.
+                    tube.section_slopes(pressure, model, valve, {{Kind::pressure}, {Kind::length}}, plain);
+                    const SectionAtPressure at = tube.section(pressure, model, valve);
+                    const auto check = [&](double Section::* field) {
+                        // A hundredth of what a Jacobian may miss.
+                        const double size = std::abs(at.section.*field) / highest;
+                        CHECK_NEAR(table[0].section.*field, plain[0].section.*field,
+                                   1e-8 * (size + std::abs(plain[0].section.*field)));
+                    };
+                    for (double Section::* field :
+                         {&Section::axial, &Section::shear, &Section::bending, &Section::torsion, &Section::rest_twist,
+                          &Section::extension_twist, &Section::mass_per_length, &Section::stretch})
+                        check(field);
+                    CHECK_NEAR(table[0].rest_length, plain[0].rest_length, 1e-9 * at.rest_length / highest);
+                    CHECK_NEAR(table[0].section.axial_law.coefficient[0], plain[0].section.axial_law.coefficient[0],
+                               1e-8 / (at.section.axial * highest));
+                }
     }
 }
 

@@ -47,6 +47,32 @@ SectionConstants<Dual<1>> moving(const SectionConstants<double>& c, const Sectio
 void Tube::section_slopes(double pressure, SectionModel model, Valve valve,
                           const std::vector<TubeParameter>& parameters, std::vector<SectionSlope>& slopes) const {
     slopes.assign(parameters.size(), {});
+    const SectionConstants<double> c = constants(valve);
+    const auto write = [&](const SectionValues<Dual<1>>& s, const SectionConstants<double>& dc, SectionSlope& slope) {
+        const double axial = model == SectionModel::paper ? linear_axial_ : s.axial.value;
+        Section& out = slope.section;
+        slope.rest_length = s.rest_length.slope[0];
+        out.mass_per_length = s.mass_per_length.slope[0], out.stretch = s.stretch.slope[0];
+        if (model == SectionModel::paper) {
+            out.axial = dc.linear_axial, out.bending = dc.linear_bending, out.shear = dc.linear_shear;
+            out.torsion = 2.0 * dc.linear_bending / 3.0;
+        } else {
+            out.axial = s.axial.slope[0], out.shear = s.shear.slope[0], out.bending = s.bending.slope[0];
+            out.torsion = s.torsion.slope[0], out.rest_twist = s.rest_twist.slope[0];
+            out.extension_twist = s.extension_twist.slope[0];
+        }
+        out.axial_law.coefficient[0] = -out.axial / (axial * axial);
+    };
+    // To the pressure alone, as a Jacobian wants it: a quarter of the time out of the table. At rest a tension-only
+    // tube has a corner, and the table's first piece begins there.
+    const bool tabled = model != SectionModel::nonlinear && parameters.size() == 1 &&
+                        parameters[0].kind == TubeParameter::Kind::pressure && std::abs(pressure) > smallest_pressure();
+    UnloadedState<Dual<1>> state;
+    if (tabled && table_.at(pressure, state)) {
+        const SectionConstants<double> dc = constants_slope(parameters[0]);
+        write(section_values(moving(c, dc), state), dc, slopes[0]);
+        return;
+    }
     Section section;
     double rest_length;
     if (linear_section(pressure, model, valve, section, rest_length) == SolveStatus::not_finite) return;
@@ -74,7 +100,6 @@ void Tube::section_slopes(double pressure, SectionModel model, Valve valve,
         nodes = nonlinear_law(rest, pressure, valve, rest_length, section);
         for (int i = 0; i < nodes.count; ++i) at_node.push_back(wall_.energy(nodes.shape[i]));
     }
-    const SectionConstants<double> c = constants(valve);
 
     for (std::size_t i = 0; i < parameters.size(); ++i) {
         // The balance of the wall, gradient = (0, P, 0), as shape and parameter move together.
@@ -93,18 +118,8 @@ void Tube::section_slopes(double pressure, SectionModel model, Valve valve,
         const SectionConstants<double> dc = constants_slope(parameter);
         const SectionValues<Dual<1>> s = section_values(moving(c, dc), unloaded_state(moved, shape));
 
+        write(s, dc, slopes[i]);
         Section& out = slopes[i].section;
-        slopes[i].rest_length = s.rest_length.slope[0];
-        out.mass_per_length = s.mass_per_length.slope[0], out.stretch = s.stretch.slope[0];
-        if (model == SectionModel::paper) {
-            out.axial = dc.linear_axial, out.bending = dc.linear_bending, out.shear = dc.linear_shear;
-            out.torsion = 2.0 * dc.linear_bending / 3.0;
-        } else {
-            out.axial = s.axial.slope[0], out.shear = s.shear.slope[0], out.bending = s.bending.slope[0];
-            out.torsion = s.torsion.slope[0], out.rest_twist = s.rest_twist.slope[0];
-            out.extension_twist = s.extension_twist.slope[0];
-        }
-        out.axial_law.coefficient[0] = -out.axial / (section.axial * section.axial);
         if (nodes.count == 0) continue;
 
         const Freedom loaded{true, valve == Valve::open, free.twist};

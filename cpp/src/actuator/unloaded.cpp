@@ -1,6 +1,7 @@
 #include "softlimb/actuator/unloaded.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -14,7 +15,8 @@ Curves::Values numbers_of(const UnloadedState<double>& s) {
             s.open.tt,       s.locked.ll,    s.locked.lt,   s.locked.tt};
 }
 
-UnloadedState<double> state_of(const Curves::Values& n) {
+template <class S>
+UnloadedState<S> state_of(const std::array<S, 9>& n) {
     return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, {n[6], n[7], n[8]}};
 }
 
@@ -65,6 +67,15 @@ bool UnloadedTable::at(double pressure, UnloadedState<double>& state) const {
     Curves::Values numbers;
     if (!curves_.at(pressure, numbers)) return false;
     state = state_of(numbers);
+    return true;
+}
+
+bool UnloadedTable::at(double pressure, UnloadedState<Dual<1>>& state) const {
+    Curves::Values numbers, slopes;
+    if (!curves_.at(pressure, numbers, slopes)) return false;
+    std::array<Dual<1>, 9> moving;
+    for (std::size_t i = 0; i < moving.size(); ++i) moving[i] = {numbers[i], {slopes[i]}};
+    state = state_of(moving);
     return true;
 }
 

@@ -494,50 +494,63 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
         const bool close = factor == 1.0 && same_freedoms && balanced && !near && size * leverage < largest_chord &&
                            !border && !report.neutral_mode &&
                            surely_stable(std::max(neutral_margin(geometry_, scene_), room_for_chords * changed));
-        for (int chord = 0; close && !near && chord < 3; ++chord) {
-            if (!work.spend(elements * shape.rods.front().integration.steps)) return report;
-            propose_again(shape, 1);
-            const Step step = step_now(scales);
-            if (!(step.size < 0.3 * previous)) break;
+        double error = 0.0;
+        bool failed = false;  // a check by what this linearisation left
+        for (int chord = 0;;) {
+            for (; close && !near && chord < 3; ++chord) {
+                if (!work.spend(elements * shape.rods.front().integration.steps)) return report;
+                propose_again(shape, 1);
+                const Step step = step_now(scales);
+                if (!(step.size < 0.3 * previous)) break;
+                apply(geometry_, moves_, 1.0, shape);
+                scales = scales_at(shape);
+                shrink = std::max(shrink, step.size / previous);
+                near = step.size * shrink < 0.5 * settings.tolerance || step.size < 1e-9;
+                previous = step.size;
+                changed += stiffness_change(step, scales);
+            }
+            if (!near) break;
+            // The same balance with half the step: its residual, met by the stiffness at hand, is the error of the
+            // answer.
+            propose_again(shape, 2);
+            leave_out_neutral();
+            const double parameter_error = border ? stay_perpendicular(*border) : 0.0;
+            const Step last = step_now(scales);
+            error = border ? std::max(last.size, std::abs(parameter_error) / border->range) : last.size;
+            report.error_estimate = error;
+            if (!std::isfinite(error)) {
+                report.status = SolveStatus::not_finite;
+                return report;
+            }
+            // Rounding sets a floor: a Newton step below 1e-11 that no longer shrinks is as good as doubles get.
+            changed += stiffness_change(last, scales);
             apply(geometry_, moves_, 1.0, shape);
+            if (border && !border->move_by(parameter_error)) {
+                report.status = SolveStatus::limit_point;
+                return report;
+            }
+            // Balances are met to the tolerance as well: what the wrenches still miss.
+            if (error <= settings.tolerance && last.wrench * std::min(shrink, 1.0) <= 5.0 * settings.tolerance) {
+                ++report.iterations;
+                report.status = SolveStatus::converged;
+                if (report.neutral_mode) {
+                    pin(pin_of_count(scene_));
+                    if (!linearise(shape)) report.status = SolveStatus::singular_jacobian;
+                }
+                judge(shape, report, report.neutral_mode ? 0.0 : changed);
+                return report;
+            }
+            if (!close || failed) break;
+            // The steps with the stiffness at hand shrank less than they promised: one more, if it still shrinks, costs
+            // less than a linearisation. By the coarse integration, so that the fine one still checks it.
+            failed = true, near = false;
+            shrink = std::max(shrink, error / previous);
+            previous = error;
             scales = scales_at(shape);
-            shrink = std::max(shrink, step.size / previous);
-            near = step.size * shrink < 0.5 * settings.tolerance || step.size < 1e-9;
-            previous = step.size;
-            changed += stiffness_change(step, scales);
         }
         if (!near) {
-            refined = false;
+            refined = failed;
             continue;
-        }
-        // The same balance with half the step: its residual, met by the stiffness at hand, is the error of the answer.
-        propose_again(shape, 2);
-        leave_out_neutral();
-        const double parameter_error = border ? stay_perpendicular(*border) : 0.0;
-        const Step last = step_now(scales);
-        const double error = border ? std::max(last.size, std::abs(parameter_error) / border->range) : last.size;
-        report.error_estimate = error;
-        if (!std::isfinite(error)) {
-            report.status = SolveStatus::not_finite;
-            return report;
-        }
-        // Rounding sets a floor: a Newton step below 1e-11 that no longer shrinks is as good as doubles get.
-        changed += stiffness_change(last, scales);
-        apply(geometry_, moves_, 1.0, shape);
-        if (border && !border->move_by(parameter_error)) {
-            report.status = SolveStatus::limit_point;
-            return report;
-        }
-        // Balances are met to the tolerance as well: what the wrenches still miss.
-        if (error <= settings.tolerance && last.wrench * std::min(shrink, 1.0) <= 5.0 * settings.tolerance) {
-            ++report.iterations;
-            report.status = SolveStatus::converged;
-            if (report.neutral_mode) {
-                pin(pin_of_count(scene_));
-                if (!linearise(shape)) report.status = SolveStatus::singular_jacobian;
-            }
-            judge(shape, report, report.neutral_mode ? 0.0 : changed);
-            return report;
         }
         if (stalls > 3 || refinements > 8) {
             report.status = SolveStatus::no_progress;

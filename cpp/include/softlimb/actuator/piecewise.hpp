@@ -60,11 +60,16 @@ public:
 
     /// Values at x; false where there are none.
     bool at(double x, Values& y) const {
-        const auto piece =
-            std::lower_bound(pieces_.begin(), pieces_.end(), x, [](const Piece& p, double v) { return p.to < v; });
-        if (piece == pieces_.end() || !(x >= piece->from)) return false;
-        y = piece->at(x);
-        return true;
+        const Piece* piece = piece_at(x);
+        if (piece) y = piece->at(x);
+        return piece != nullptr;
+    }
+    /// With their derivatives, which lose up to three digits to the values: an error of a polynomial of degree n may
+    /// have n^2 times its size over the half width of a piece for a slope.
+    bool at(double x, Values& y, Values& slope) const {
+        const Piece* piece = piece_at(x);
+        if (piece) y = piece->at(x, slope);
+        return piece != nullptr;
     }
 
 private:
@@ -86,7 +91,29 @@ private:
             for (std::size_t i = 0; i < count; ++i) b1[i] = coefficient[0][i] + (u * b1[i] - b2[i]);
             return b1;
         }
+        // The same recurrence, and it differentiated.
+        Values at(double x, Values& slope) const {
+            const double u = (x - centre) * per_half, twice = 2.0 * u;
+            Values b1 = coefficient[nodes - 1], b2{}, d1{}, d2{};
+            for (int k = nodes - 2; k > 0; --k)
+                for (std::size_t i = 0; i < count; ++i) {
+                    const double next = coefficient[k][i] + (twice * b1[i] - b2[i]);
+                    const double next_slope = 2.0 * b1[i] + (twice * d1[i] - d2[i]);
+                    b2[i] = b1[i], b1[i] = next, d2[i] = d1[i], d1[i] = next_slope;
+                }
+            for (std::size_t i = 0; i < count; ++i) {
+                slope[i] = per_half * (b1[i] + (u * d1[i] - d2[i]));
+                b1[i] = coefficient[0][i] + (u * b1[i] - b2[i]);
+            }
+            return b1;
+        }
     };
+
+    const Piece* piece_at(double x) const {
+        const auto piece =
+            std::lower_bound(pieces_.begin(), pieces_.end(), x, [](const Piece& p, double v) { return p.to < v; });
+        return piece == pieces_.end() || !(x >= piece->from) ? nullptr : &*piece;
+    }
 
     template <class Function>
     void split(double from, double to, const Piece* parent, int halvings, int& samples_left, Function& sample) {

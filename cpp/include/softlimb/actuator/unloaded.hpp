@@ -4,6 +4,7 @@
 #include "softlimb/actuator/equilibrium.hpp"
 #include "softlimb/actuator/piecewise.hpp"
 #include "softlimb/actuator/wall.hpp"
+#include "softlimb/dual.hpp"
 
 namespace softlimb::actuator {
 
@@ -36,6 +37,8 @@ public:
 
     /// The state at a pressure; false where the table has none, and a solve must find it.
     bool at(double pressure, UnloadedState<double>& state) const;
+    /// With its slope to the pressure.
+    bool at(double pressure, UnloadedState<Dual<1>>& state) const;
 
 private:
     Piecewise<9> curves_;
