@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "softlimb/limb/attempt.hpp"
+#include "softlimb/limb/cantilever.hpp"
 #include "softlimb/limb/detour.hpp"
 #include "softlimb/limb/shortcut.hpp"
 #include "softlimb/limb/start.hpp"
@@ -59,6 +60,8 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         };
         if (std::optional<Solution> whole = solve_apart(geometry, scene, options, segment)) return *std::move(whole);
     }
+    if (start == nullptr && options.prefer_stable)
+        if (std::optional<Solution> shot = solve_cantilever(geometry, scene, options)) return *std::move(shot);
     Solution solution;
     solution.conservative = scene.conservative();
     // A cold start of the reference limb takes about 2 000 evaluations of its nine rods; a rod wound into five turns
