@@ -19,6 +19,30 @@ Pose read_pose(const double* from) { return {Eigen::Map<const Vector3>(from), Ei
 
 }  // namespace
 
+Shape on_mesh(const Geometry& geometry, const Scene& scene, const Shape& shape, const Mesh& mesh) {
+    Shape to;
+    to.plates = shape.plates;
+    to.rods.resize(shape.rods.size());
+    for (std::size_t i = 0; i < shape.rods.size(); ++i) {
+        const RodShape& from = shape.rods[i];
+        const rod::RodPiece piece{&scene.rods[i].section, scene.rods[i].rest_length / from.elements(),
+                                  scene.line_load(static_cast<int>(i))};
+        RodShape& rod = to.rods[i];
+        const int elements = mesh.elements[i];
+        rod.nodes.resize(elements + 1), rod.wrenches.resize(elements);
+        rod.integration = {8, 2 * mesh.steps[i]};
+        for (int e = 0; e < elements; ++e) {
+            const int behind = e * from.elements() / elements;
+            const double fraction = static_cast<double>(e) * from.elements() / elements - behind;
+            rod::EndState state;
+            rod::states_along(piece, from.nodes[behind], from.wrenches[behind], from.integration, &fraction, 1, &state);
+            rod.nodes[e] = state.pose, rod.wrenches[e] = state.wrench;
+        }
+    }
+    attach_rods(geometry, to);
+    return to;
+}
+
 std::size_t numbers_of(const Geometry& geometry, const Mesh& mesh) {
     std::size_t numbers = 12 * static_cast<std::size_t>(geometry.plates());
     for (const int elements : mesh.elements) numbers += 18 * static_cast<std::size_t>(elements) - 12;

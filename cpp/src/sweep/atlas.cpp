@@ -47,29 +47,17 @@ Eigen::RowVectorXd described(const limb::Geometry& geometry, const Anchor& ancho
         values.segment<3>(at + 6) = (back * p.rotation.col(2)).transpose();
         at += pose_numbers;
     };
-    const limb::Shape& shape = anchor.shape;
+    const limb::Shape shape = limb::on_mesh(geometry, anchor.scene, anchor.shape, mesh);
     for (int j = 0; j < geometry.plates(); ++j) pose(geometry.footing(j, shape.plates), shape.plates[j]);
     std::size_t i = 0;
     for (int j = 0; j < geometry.plates(); ++j) {
         const Pose foot = geometry.footing(j, shape.plates);
         for (std::size_t k = 0; k < geometry.segments[j].rods.size(); ++k, ++i) {
             const limb::RodShape& rod = shape.rods[i];
-            const limb::RodAtPressure& at_pressure = anchor.scene.rods[i];
-            std::vector<rod::EndState> states;
-            for (int e = 0; e < mesh.elements[i]; ++e) {
-                const double where = static_cast<double>(e) * rod.elements() / mesh.elements[i];
-                const int piece = std::min(static_cast<int>(where + 1e-9), rod.elements() - 1);
-                const double fraction = std::max(0.0, where - piece);
-                const rod::RodPiece part{&at_pressure.section, at_pressure.rest_length / rod.elements(),
-                                         anchor.scene.line_load(static_cast<int>(i))};
-                rod::EndState state;
-                rod::states_along(part, rod.nodes[piece], rod.wrenches[piece], rod.integration, &fraction, 1, &state);
-                states.push_back(state);
-            }
-            for (std::size_t e = 1; e < states.size(); ++e) pose(foot, states[e].pose);
-            for (const rod::EndState& state : states) {
-                values.segment<3>(at) = (foot.rotation.transpose() * state.wrench.head<3>()).transpose();
-                values.segment<3>(at + 3) = (foot.rotation.transpose() * state.wrench.tail<3>()).transpose();
+            for (int e = 1; e < rod.elements(); ++e) pose(foot, rod.nodes[e]);
+            for (const Vector6& wrench : rod.wrenches) {
+                values.segment<3>(at) = (foot.rotation.transpose() * wrench.head<3>()).transpose();
+                values.segment<3>(at + 3) = (foot.rotation.transpose() * wrench.tail<3>()).transpose();
                 at += wrench_numbers;
             }
         }

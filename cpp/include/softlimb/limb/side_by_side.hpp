@@ -15,6 +15,9 @@ struct Mesh {
     std::vector<int> elements, steps;
 };
 
+/// An equilibrium on another mesh: nodes and wrenches where its rods, integrated, have them.
+Shape on_mesh(const Geometry& geometry, const Scene& scene, const Shape& shape, const Mesh& mesh);
+
 /// A shape as plain numbers: plates and nodes as position and rotation by columns, wrenches; see LimbPlan::numbers.
 std::size_t numbers_of(const Geometry& geometry, const Mesh& mesh);
 void numbers_to_shape(const Geometry& geometry, const Mesh& mesh, const double* numbers, Shape& shape);
