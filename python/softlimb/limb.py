@@ -639,6 +639,9 @@ class Limb:
 
         A row depends on itself alone: its bits are the same for any number of threads or workers, any order of the
         rows, and whether or not the sweep was interrupted; of one build and instruction set, which the batch records.
+        From 2048 rows on, up to 384 of them are solved first and the others start from polynomials fitted to these:
+        a row depends on them as well then, its answer to the tolerance only, and where the scene has several stable
+        postures a row may show another one than `solve` finds from nothing.
 
         Parameters
         ----------

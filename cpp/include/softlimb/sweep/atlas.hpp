@@ -1,7 +1,7 @@
 #pragma once
 // Starts for the rows of a long sweep: polynomials in the rods' rest lengths, fitted to some of its rows that were
 // solved from nothing. Shapes are described segment by segment in the frame that each stands on, where they depend on
-// the rods of other segments through their loads alone. Source: cpp/MECHANICS.md, "Sweeps".
+// the rods of other segments through their loads alone. Source: cpp/MECHANICS.md, "Starts of a long sweep".
 #include <optional>
 #include <string>
 #include <vector>

@@ -808,7 +808,6 @@ void round(const LimbPlan& plan, void* memory) {
             room.asked_again = select(is(met), one, room.asked_again);
             room.error = select(is(done), estimate, room.error);
             room.converged = select(is(done), one, room.converged);
-            room.iterations = room.iterations + done;
             room.running = room.running * no(done);
         }
         fine = fine * no(met);
