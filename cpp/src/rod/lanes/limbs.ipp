@@ -12,9 +12,8 @@ constexpr double share_of_change = 0.15;
 struct Pair {
     V first, second;
 
-    SOFTLIMB_ALWAYS_INLINE Pack get(int i) const {
-        const V& v = i < 3 ? first : second;
-        return i % 3 == 0 ? v.x : i % 3 == 1 ? v.y : v.z;
+    SOFTLIMB_ALWAYS_INLINE void write(Pack* x) const {
+        x[0] = first.x, x[1] = first.y, x[2] = first.z, x[3] = second.x, x[4] = second.y, x[5] = second.z;
     }
     SOFTLIMB_ALWAYS_INLINE static Pair of(const Pack* x) { return {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}}; }
     SOFTLIMB_ALWAYS_INLINE friend Pair operator+(const Pair& a, const Pair& b) {
@@ -32,10 +31,11 @@ const Pair nothing_at_all() {
 }
 
 Pair times(const M6& m, const Pair& x) {
-    Pack out[6];
-    for (int r = 0; r < 6; ++r) out[r] = m(r, 0) * x.first.x;
+    Pack out[6], in[6];
+    x.write(in);
+    for (int r = 0; r < 6; ++r) out[r] = m(r, 0) * in[0];
     for (int c = 1; c < 6; ++c)
-        for (int r = 0; r < 6; ++r) out[r] = out[r] + m(r, c) * x.get(c);
+        for (int r = 0; r < 6; ++r) out[r] = out[r] + m(r, c) * in[c];
     return Pair::of(out);
 }
 
@@ -353,8 +353,9 @@ void add_turning_arm(const V& arm, const V& force, double sign, M6& block) {
 /// Adds L^T K L': forces of K act at `row_arm` from a plate's origin, and its moves are those at `column_arm` of one.
 void add_carried(const M6& k, const V& row_arm, const V& column_arm, M6& to) {
     const auto add = [&](int c, const Pair& force) {
-        const Pair on_plate = carried(force, row_arm);
-        for (int r = 0; r < 6; ++r) to(r, c) = to(r, c) + on_plate.get(r);
+        Pack on_plate[6];
+        carried(force, row_arm).write(on_plate);
+        for (int r = 0; r < 6; ++r) to(r, c) = to(r, c) + on_plate[r];
     };
     Pair column[6];
     for (int c = 0; c < 6; ++c) column[c] = Pair::of(k.m[c]);
@@ -546,10 +547,11 @@ void propose_again(const LimbPlan& plan, Room& room, int finer) {
             const Pair change = -times(piece.linear.inverse, piece.gap);
             piece.start_force = -(piece.wrench + change);
             V moment = p.y.moment;
+            Pack by[6];
+            change.write(by);
             for (int c = 0; c < 6; ++c) {
                 const Pack* m = piece.linear.moment_by_wrench[c];
-                const Pack x = change.get(c);
-                moment += V{x * m[0], x * m[1], x * m[2]};
+                moment += V{by[c] * m[0], by[c] * m[1], by[c] * m[2]};
             }
             piece.end_force = {p.n + change.first, moment};
         }
@@ -762,55 +764,50 @@ void round(const LimbPlan& plan, void* memory) {
     apply(plan, room, factor, is(room.running));
     room.iterations = room.iterations + room.running;
 
-    // Steps with the stiffness at hand shrink what is left by about what has been moved since. As in limb::Equilibrium.
-    constexpr double largest_chord = 0.03, largest_residual = 0.1;
+    // Steps with the stiffness at hand shrink what is left by about what has been moved since, as in limb::Equilibrium.
+    // Some lane wants them in nearly every round, so they cost the others nothing: they are tried early.
     const Pack arm = Pack(0.05 * plan.length) * scales.largest_force / scales.moment;
     const Pack leverage = select(arm < one, one, arm);
     Pack shrink = Pack(4.0) * size * leverage, changed = step.stiffness, last = size;
     const Pack whole = yes(one < factor + Pack(1e-12));
-    const Pack close =
-        room.running * whole * yes(residual < Pack(largest_residual)) * yes(size * leverage < Pack(largest_chord));
-    // A step, and what the next one like it would be.
-    const auto correct = [&](const Pack& lanes, int finer) {
+    const Pack close = room.running * whole * yes(residual < one) * yes(size * leverage < Pack(0.5));
+    // A correction of the lanes where it is smaller than a bound; those are left in `lanes`.
+    const auto correct = [&](Pack& lanes, int finer, const Pack& bound) {
         propose_again(plan, room, finer);
         scales = scales_of(plan, room);
         const StepSize next = size_of_step(plan, room, scales);
+        lanes = lanes * yes(next.value() < bound);
         apply(plan, room, one, is(lanes));
-        changed = changed + lanes * next.stiffness;
+        changed = changed + select(is(lanes), next.stiffness, Pack(0.0));
         return next;
     };
     Pack left = shrink * last;
     Pack coarse = close * yes(Pack(0.5) * tolerance < left);
     for (int pass = 0; pass < 2 && any(coarse); ++pass) {
-        const Pack error = correct(coarse, 1).value(), ratio = error / last;
+        const Pack error = correct(coarse, 1, Pack(0.5) * last).value(), ratio = error / last;
         shrink = select(is(coarse * yes(shrink < ratio)), ratio, shrink);
         last = select(is(coarse), error, last);
         left = select(is(coarse), shrink * last, left);
-        coarse = coarse * yes(Pack(0.5) * tolerance < left) * yes(shrink < Pack(0.5));
+        coarse = coarse * yes(Pack(0.5) * tolerance < left);
     }
     // Now with half the step. What that corrects is what the whole step errs by; the order being eight, half the step
     // errs by a 256th of it. A 32nd is believed.
     constexpr double finer = 32.0;
-    Pack fine = close * yes(left < Pack(0.5) * tolerance), wrong(0.0);
-    for (int pass = 0; pass < 2 && any(fine); ++pass) {
-        const StepSize next = correct(fine, 2);
-        const Pack error = next.value();
-        if (pass == 0) wrong = Pack(1.0 / finer) * error;
+    Pack fine = close * yes(left < Pack(0.5) * tolerance);
+    if (any(fine)) {
+        const StepSize next = correct(fine, 2, one);
+        const Pack error = next.value(), wrong = Pack(1.0 / finer) * error;
         left = shrink * error;
         const Pack estimate = select(left < wrong, wrong, left);
-        const Pack met = fine * yes(estimate < tolerance) * yes(shrink * next.wrench < Pack(5.0) * tolerance) *
-                         yes(wrong < tolerance);
-        if (any(met)) {
-            // Where the stiffness has changed too much since it was taken to tell, it is taken once more.
-            const Pack stable = surely_stable(plan, room, Pack(share_of_change) * changed);
-            const Pack done = met * select(is(stable), one, room.asked_again);
-            room.stable = select(is(done), stable, room.stable);
-            room.asked_again = select(is(met), one, room.asked_again);
-            room.error = select(is(done), estimate, room.error);
-            room.converged = select(is(done), one, room.converged);
-            room.running = room.running * no(done);
-        }
-        fine = fine * no(met);
+        const Pack met = fine * yes(estimate < tolerance) * yes(shrink * next.wrench < Pack(5.0) * tolerance);
+        // Where the stiffness has changed too much since it was taken to tell, it is taken once more.
+        const Pack stable = surely_stable(plan, room, Pack(share_of_change) * changed);
+        const Pack done = met * select(is(stable), one, room.asked_again);
+        room.stable = select(is(done), stable, room.stable);
+        room.asked_again = select(is(met), one, room.asked_again);
+        room.error = select(is(done), estimate, room.error);
+        room.converged = select(is(done), one, room.converged);
+        room.running = room.running * no(done);
     }
     const Pack late = room.running * yes(Pack(plan.most_iterations - 0.5) < room.iterations);
     room.failed = select(is(late), one, room.failed);
