@@ -43,7 +43,9 @@ class Effort:
     cold : int
         Random scenes solved from nothing.
     sweep_rows : int, optional
-        Rows of a sweep; default: as many as fit the clock's budget.
+        Rows of an ordered sweep; default: as many as fit the clock's budget.
+    random_rows : int
+        Rows of a sweep of random rows, in one call: a long one surveys some of its rows first.
     limit : float
         Time for one solve of another method [s].
     """
@@ -51,6 +53,7 @@ class Effort:
     steps: int = 40
     cold: int = 100
     sweep_rows: int | None = None
+    random_rows: int = 20_000
     limit: float = 20.0
 
 
@@ -406,12 +409,21 @@ def jacobian(entry: Entry, clock: Clock, effort: Effort) -> Iterator[Row]:
 
 
 class _Sweeps:
-    """A sweep cut into calls of equal size, some seconds in all."""
+    """A sweep in one call, or cut into calls of equal size, some seconds in all."""
 
-    def __init__(self, rows: Callable[[int], Array], options: dict[str, Any], clock: Clock, effort: Effort) -> None:
+    def __init__(
+        self,
+        rows: Callable[[int], Array],
+        options: dict[str, Any],
+        clock: Clock,
+        effort: Effort,
+        whole: int | None = None,
+    ) -> None:
         self.limb, self.loads, self.options = presets.reference_limb(), limbs.loads(), options
         calls = 5
-        if effort.sweep_rows is None:
+        if whole is not None:
+            count, calls = whole, 1
+        elif effort.sweep_rows is None:
             few = rows(20)
             with stopwatch() as elapsed:
                 self.run(few)
@@ -443,16 +455,22 @@ class _Sweeps:
         return run
 
     def rounds(self) -> tuple[int, int]:
-        """Each part once: the check of the first has warmed up."""
-        return len(self.parts), len(self.parts)
+        """Each part once, one part again where time allows: the check of the first has warmed up."""
+        return len(self.parts), max(len(self.parts), 3)
 
     def finished(self) -> str | None:
         return f"{_WRONG}{self.failed} rows failed while they were timed" if self.failed else None
 
 
+def _random_rows(options: dict[str, Any], clock: Clock, effort: Effort) -> _Sweeps:
+    return _Sweeps(
+        lambda count: limbs.random_pressures(count, 9, _SEED), options, clock, effort, whole=effort.random_rows
+    )
+
+
 def random_sweep(entry: Entry, clock: Clock, effort: Effort) -> Iterator[Row]:
     """Random pressures on one thread, each row on its own."""
-    sweeps = _Sweeps(lambda count: limbs.random_pressures(count, 9, _SEED), {"threads": 1}, clock, effort)
+    sweeps = _random_rows({"threads": 1}, clock, effort)
     yield _swept(entry, sweeps, clock)
 
 
@@ -476,7 +494,7 @@ def two_threads(entry: Entry, clock: Clock, effort: Effort) -> Iterator[Row]:
     if (os.cpu_count() or 1) < 2:
         yield entry.without("Python", "skipped: this machine has one core")
         return
-    sweeps = _Sweeps(lambda count: limbs.random_pressures(count, 9, _SEED), {}, clock, effort)
+    sweeps = _random_rows({}, clock, effort)
     one, two = (sweeps.run(sweeps.parts[0], threads=threads) for threads in (1, 2))
     fault = checks.same_bits_fault(one, two) or checks.batch_fault(sweeps.limb, two, sweeps.loads)
     if fault is not None:
