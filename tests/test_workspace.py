@@ -285,7 +285,10 @@ def test_exploring_fills_what_even_pressures_leave_thin(cloud):
     even = cloud.batch.limb.workspace(
         max_pressure=80 * kPa, samples=cloud.samples, progress=False, edge_directions=0, explore=0.0
     )
-    assert same_bits(even.batch.head(1000), cloud.batch.head(1000))
+    # The same rows first; each sweep surveys some of its own, so postures agree to the tolerance of both.
+    one, other = even.batch.head(1000), cloud.batch.head(1000)
+    assert_array_equal(one.pressures, other.pressures)
+    assert_allclose(one.tip, other.tip, rtol=0.0, atol=2e-6)
     explored, spread = (found.voxel_volume(0.08) for found in (cloud.first(cloud.samples), even))
     # more than chance: four standard deviations of the cells that one more posture could change
     assert explored.occupied > spread.occupied + 4.0 * math.sqrt(spread.once)
