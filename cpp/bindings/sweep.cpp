@@ -28,6 +28,11 @@ Number* rows_of(InPlace<Number>& array, const char* name, py::ssize_t rows, py::
     return array.mutable_data();  // raises where it may not be written
 }
 
+void require_columns(const InPlace<double>& pressures, const sweep::Members& members) {
+    if (pressures.ndim() != 2 || pressures.shape(1) != members.actuators())
+        throw std::invalid_argument("pressures must have one column an actuator");
+}
+
 /// Asks Python whether to go on, and sees Ctrl-C.
 sweep::Tick asking(const py::typing::Callable<bool(int)>& tick) {
     return [&tick](std::int64_t done) {
@@ -55,8 +60,7 @@ std::optional<sweep::Atlas> survey_rows(const std::shared_ptr<limb::Geometry>& g
                                         const InPlace<double>& pressures, double tolerance, const std::string& section,
                                         const std::string& valve, int threads,
                                         const py::typing::Callable<bool(int)>& tick) {
-    if (pressures.ndim() != 2 || pressures.shape(1) != members->actuators())
-        throw std::invalid_argument("pressures must have one column an actuator");
+    require_columns(pressures, *members);
     sweep::SweepOptions options;
     options.model = section_model(section), options.valve = valve_of(valve);
     options.tolerance = tolerance, options.threads = threads;
@@ -76,8 +80,7 @@ void sweep_rows(const std::shared_ptr<limb::Geometry>& geometry, const std::shar
                 InPlace<bool> stable, InPlace<std::int64_t> unstable_modes, InPlace<double> clearance,
                 InPlace<std::int64_t> iterations, InPlace<double> residual,
                 const py::typing::Dict<py::int_, py::str>& message, const py::typing::Callable<bool(int)>& tick) {
-    if (pressures.ndim() != 2 || pressures.shape(1) != members->actuators())
-        throw std::invalid_argument("pressures must have one column an actuator");
+    require_columns(pressures, *members);
     const py::ssize_t rows = pressures.shape(0), pose = 16;
     const sweep::RowAnswers answers{
         rows_of(tip, "tip", rows, pose),          rows_of(plates, "plates", rows, pose * geometry->plates()),
@@ -135,8 +138,8 @@ None where an atlas does not serve: the limb is held, too few rows have an answe
 another stable posture, which each row should then say itself. `tick` as for `sweep_rows`; none after a stop.)");
     m.def("sweep_rows", &sweep_rows, py::arg("geometry"), py::arg("members"), py::arg("scene"),
           py::arg("pressures").noconvert(), py::kw_only(), py::arg("tolerance"), py::arg("prefer_stable"),
-          py::arg("section"), py::arg("valve"), py::arg("ordered"), py::arg("atlas"), py::arg("threads"), py::arg("start"),
-          py::arg("start_plates"), py::arg("tip").noconvert(), py::arg("plates").noconvert(),
+          py::arg("section"), py::arg("valve"), py::arg("ordered"), py::arg("atlas"), py::arg("threads"),
+          py::arg("start"), py::arg("start_plates"), py::arg("tip").noconvert(), py::arg("plates").noconvert(),
           py::arg("status").noconvert(), py::arg("success").noconvert(), py::arg("stable").noconvert(),
           py::arg("unstable_modes").noconvert(), py::arg("clearance").noconvert(), py::arg("iterations").noconvert(),
           py::arg("residual").noconvert(), py::arg("message"), py::arg("tick"),

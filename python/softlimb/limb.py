@@ -316,6 +316,11 @@ class _CommonScene:
     start: _core.Posture | None
     start_plates: Array | None
 
+    @property
+    def from_nothing(self) -> bool:
+        """True where rows are solved from nothing, and only stable ones are answers."""
+        return self.prefer_stable and self.start is None and self.start_plates is None
+
 
 class Limb:
     """Segments in series, from the base upwards.

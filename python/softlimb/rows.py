@@ -139,18 +139,15 @@ def solve_rows(
     TypeError
         `Limb.solve` has no such option.
     """
-    plates, actuators = len(limb.segments), len(limb._tubes)
-    rows = Rows.not_run(len(pressures), plates)
-    given = np.ascontiguousarray(finite_of_shape("pressures", pressures, (len(pressures), actuators)))
-    if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
-        raise ValueError(f"threads must be a whole number of at least 1, got {shown(threads)}")
+    rows = Rows.not_run(len(pressures), len(limb.segments))
+    given = _checked(limb, pressures, threads)
     try:
         common = limb._common_scene(**scene)
     except ValueError as error:
         rows.status[:] = [INVALID] * len(rows)
         rows.message.update(dict.fromkeys(range(len(rows)), str(error)))
         return rows
-    if atlas is not None and (ordered or not _starts_by_itself(common)):
+    if atlas is not None and (ordered or not common.from_nothing):
         raise ValueError("atlas must be None where rows are ordered, have a start, or may be unstable")
     status = np.full(len(rows), -1, dtype=np.int8)
     try:
@@ -207,20 +204,23 @@ def survey_rows(
 
     Raises
     ------
+    ValueError
+        Pressures of another shape or not finite, ``threads`` below 1.
     TypeError
         `Limb.solve` has no such option.
     """
+    given = _checked(limb, pressures, threads)
     try:
         common = limb._common_scene(**scene)
     except ValueError:
         return None  # which every row will say
-    if not _starts_by_itself(common):
+    if not common.from_nothing:
         return None
     return _core.survey_rows(
         limb._geometry,
         limb._core_members,
         common.core,
-        np.ascontiguousarray(pressures, dtype=float),
+        given,
         tolerance=common.tolerance,
         section=common.model[0],
         valve=common.model[1],
@@ -229,8 +229,11 @@ def survey_rows(
     )
 
 
-def _starts_by_itself(common: Any) -> bool:
-    return common.start is None and common.start_plates is None and bool(common.prefer_stable)
+def _checked(limb: Limb, pressures: NDArray[np.float64], threads: int) -> NDArray[np.float64]:
+    given = np.ascontiguousarray(finite_of_shape("pressures", pressures, (len(pressures), len(limb._tubes))))
+    if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
+        raise ValueError(f"threads must be a whole number of at least 1, got {shown(threads)}")
+    return given
 
 
 def build() -> str:

@@ -356,9 +356,7 @@ double Equilibrium::largest_wrench_change(const Scales& scales) const {
 }
 
 double Equilibrium::stiffness_change(const Step& step, const Scales& scales) const {
-    // A bound with room. A move turns forces and arms: eigenvalues near zero change by less than 0.03 of forces times
-    // the limb's length in 500 random postures of the reference limb, and ten times as much is allowed for. Other
-    // forces inside a rod act over its own length.
+    // A bound with room. A move turns forces and arms; other forces inside a rod act over its own length.
     double largest = 0.0;
     for (std::size_t i = 0; i < moves_.wrenches.size(); ++i) {
         double force = 0.0, moment = 0.0;  // squares
@@ -366,7 +364,7 @@ double Equilibrium::stiffness_change(const Step& step, const Scales& scales) con
             grow(force, w.head<3>().squaredNorm()), grow(moment, w.tail<3>().squaredNorm());
         grow(largest, std::sqrt(force) * scene_.rods[i].rest_length + std::sqrt(moment));
     }
-    return 0.3 * step.moved * scales.force * geometry_.length + largest;
+    return solve::stiffness_by_move * step.moved * scales.force * geometry_.length + largest;
 }
 
 bool Equilibrium::surely_stable(double changed) {
@@ -383,12 +381,11 @@ bool Equilibrium::surely_stable(double changed) {
 }
 
 Equilibrium::Step Equilibrium::step_now(const Scales& scales) const {
-    // Translations count relative to the limb, rotations in radians. A wrench a thousand times less: it enters the tip
-    // through the compliance, but a stiff rod may still push its error of position into a force.
+    // Translations count relative to the limb, rotations in radians, wrenches far less.
     Step step;
     step.moved = step.size = largest_move(moves_, geometry_.length);
     step.wrench = largest_wrench_change(scales);
-    grow(step.size, 1e-3 * step.wrench);
+    grow(step.size, solve::wrench_in_tip * step.wrench);
     return step;
 }
 
@@ -480,8 +477,8 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
         }
         scales = scales_at(shape);
         // Newton's error after a step is about its square. The pass below measures it, so this only avoids vain passes.
-        // Where forces have long arms against the moments, as under strong tension, an error of position weighs more.
-        const double leverage = std::max(1.0, 0.05 * scales.largest_force * geometry_.length / scales.moment);
+        const double leverage =
+            std::max(1.0, solve::force_arm * scales.largest_force * geometry_.length / scales.moment);
         // Stiff rods may be far from balance where poses hardly move: what is out of balance must be small as well.
         const bool balanced = report.residual < 0.1;
         bool near = factor == 1.0 && ((balanced && size * size * leverage < 0.1 * settings.tolerance) || size < 1e-9);
@@ -489,7 +486,7 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
         previous = size;
         // Steps with the stiffness at hand cost a third of one with its own, and each shrinks what is left by about
         // what has been moved since. They serve where the count of modes will not want that stiffness anyway.
-        double shrink = 4.0 * size * leverage;
+        double shrink = solve::left_by_chord * size * leverage;
         double changed = stiffness_change(newton, scales);  // since the linearisation
         const bool close = factor == 1.0 && same_freedoms && balanced && !near && size * leverage < largest_chord &&
                            !border && !report.neutral_mode &&

@@ -49,10 +49,16 @@ std::size_t numbers_of(const Geometry& geometry, const Mesh& mesh) {
     return numbers;
 }
 
+void numbers_to_plates(const Geometry& geometry, const double* numbers, std::vector<Pose>& plates) {
+    plates.resize(geometry.plates());
+    for (Pose& plate : plates) plate = read_pose(numbers), numbers += 12;
+}
+
 void numbers_to_shape(const Geometry& geometry, const Mesh& mesh, const double* numbers, Shape& shape) {
     const std::size_t rods = mesh.elements.size();
-    shape.plates.resize(geometry.plates()), shape.rods.resize(rods);
-    for (Pose& plate : shape.plates) plate = read_pose(numbers), numbers += 12;
+    numbers_to_plates(geometry, numbers, shape.plates);
+    numbers += 12 * geometry.plates();
+    shape.rods.resize(rods);
     for (std::size_t i = 0; i < rods; ++i) {
         RodShape& rod = shape.rods[i];
         const int elements = mesh.elements[i];

@@ -27,9 +27,8 @@ limb::Mesh mesh_of(const std::vector<Anchor>& anchors, double tolerance) {
         const auto at = activities.begin() + static_cast<std::ptrdiff_t>(served * static_cast<double>(anchors.size()));
         std::nth_element(activities.begin(), at, activities.end());
         const double whole = *at;
-        const int elements = std::max(1, static_cast<int>(std::ceil(whole / std::min(step, limb::warm_piece))));
-        mesh.elements.push_back(elements);
-        mesh.steps.push_back(std::max(1, static_cast<int>(std::ceil(whole / (elements * step)))));
+        mesh.elements.push_back(std::max(1, static_cast<int>(std::ceil(whole / std::min(step, limb::warm_piece)))));
+        mesh.steps.push_back(1);
     }
     return mesh;
 }

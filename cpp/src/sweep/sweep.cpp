@@ -74,22 +74,28 @@ private:
             if (first >= job_.rows) return;
             trail_.clear();
             for (std::int64_t row = first; row < std::min(first + block, job_.rows); ++row) {
-                if (job_.stop || !guarded(row, [&] { take(row); })) return;
+                const auto solve = [&] {
+                    take(row);
+                    return true;
+                };
+                if (job_.stop || !guarded(row, solve)) return;
             }
         }
     }
 
-    /// Does what a row needs; nothing that it meets may end the others. False after a stop.
+    /// Does a task of a row, which says whether the row is done with it; nothing that it meets may end the others.
+    /// False after a stop.
     template <class Task>
     bool guarded(std::int64_t row, Task&& task) {
+        bool done = true;
         try {
-            task();
+            done = task();
         } catch (const solve::Interrupted&) {
             return false;
         } catch (const std::exception& error) {
             fail(row, error.what());
         }
-        job_.done.fetch_add(1, std::memory_order_relaxed);
+        if (done) job_.done.fetch_add(1, std::memory_order_relaxed);
         return true;
     }
 
@@ -170,6 +176,7 @@ private:
                     if (!accept(limbs, i, atlas.mesh(), lane))
                         posture_.solution = solve_row(job_.geometry, posture_.scene, options_, nullptr);
                     finish(lane.row);
+                    return true;
                 };
                 if (!guarded(lane.row, settle)) return;
                 lane.row = -1;
@@ -184,10 +191,12 @@ private:
             if (first >= job_.rows) return false;
             for (std::int64_t row = first; row < std::min<std::int64_t>(first + Atlas::together, job_.rows); ++row) {
                 block[ready].row = row;
-                if (put_at_pressures(row, block[ready].scene))
+                const auto put = [&] {
+                    if (!put_at_pressures(row, block[ready].scene)) return true;
                     ++ready;
-                else
-                    job_.done.fetch_add(1, std::memory_order_relaxed);
+                    return false;
+                };
+                if (!guarded(row, put)) return false;
             }
         }
         const std::vector<limb::RodAtPressure>* rods[Atlas::together];
@@ -203,7 +212,7 @@ private:
         std::swap(posture_.scene.rods, lane.scene.rods);
         limb::Solution& solution = posture_.solution;
         solution = {};
-        limb::numbers_to_shape(job_.geometry, mesh, lane.start.data(), given_);
+        limb::numbers_to_plates(job_.geometry, lane.start.data(), given_.plates);
         limbs.take(number, lane.start.data());
         limb::numbers_to_shape(job_.geometry, mesh, lane.start.data(), solution.shape);
         // What is farther away may be another posture than the one that the row leads to.
@@ -263,7 +272,7 @@ private:
     limb::Posture posture_;
     limb::SolveOptions options_;
     Trail trail_;        // of an ordered sweep's chunk
-    limb::Shape given_;  // the start of a row, as a shape
+    limb::Shape given_;  // the start of a row, as a shape; side by side its plates alone
     Atlas::Room atlas_room_;
 };
 

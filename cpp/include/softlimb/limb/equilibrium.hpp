@@ -17,6 +17,7 @@
 #include "softlimb/limb/balance.hpp"
 #include "softlimb/limb/moves.hpp"
 #include "softlimb/limb/scene.hpp"
+#include "softlimb/solve/newton_numbers.hpp"
 #include "softlimb/solve/room.hpp"
 #include "softlimb/solve/status.hpp"
 #include "softlimb/solve/work.hpp"
@@ -49,7 +50,7 @@ struct RodSlope {
 struct NewtonSettings {
     double tolerance = 1e-6;  // tip error relative to the limb's length
     int max_iterations = 60;
-    double largest_turn = 0.5;  // [rad] bound on a step's rotation; translations are bounded by this times half a rod
+    double largest_turn = solve::largest_turn;
 };
 
 struct NewtonReport {

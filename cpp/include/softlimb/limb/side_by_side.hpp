@@ -20,6 +20,8 @@ Shape on_mesh(const Geometry& geometry, const Scene& scene, const Shape& shape, 
 
 /// A shape as plain numbers: plates and nodes as position and rotation by columns, wrenches; see LimbPlan::numbers.
 std::size_t numbers_of(const Geometry& geometry, const Mesh& mesh);
+/// The plates alone, which come first.
+void numbers_to_plates(const Geometry& geometry, const double* numbers, std::vector<Pose>& plates);
 void numbers_to_shape(const Geometry& geometry, const Mesh& mesh, const double* numbers, Shape& shape);
 
 class SideBySide {

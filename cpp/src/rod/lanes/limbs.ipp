@@ -251,14 +251,20 @@ Pair plate_load(const LimbPlan& plan, const LimbPlate& plate, const Frame& pose,
     return load;
 }
 
+/// Piece e of the rod in all lanes, at its base; positions are relative to that.
+Pieces at_base(const Rod& r, int e) {
+    Pieces p;
+    p.k = r.k, p.load = r.load, p.length = r.length;
+    p.n = r.piece[e].wrench.first, p.y.moment = r.piece[e].wrench.second;
+    p.y.position = no_pair().first;
+    p.y.tangent = r.node[e].axis[2], p.y.director = r.node[e].axis[0];
+    return p;
+}
+
 void linearise_rod(const LimbPlan& plan, const LimbRod& rod, Rod& r) {
     for (int e = 0; e < rod.elements; ++e) {
         Piece& piece = r.piece[e];
-        Pieces p;
-        p.k = r.k, p.load = r.load, p.length = r.length;
-        p.n = piece.wrench.first, p.y.moment = piece.wrench.second;
-        p.y.position = no_pair().first;
-        p.y.tangent = r.node[e].axis[2], p.y.director = r.node[e].axis[0];
+        Pieces p = at_base(r, e);
         const Frame& second = r.node[e + 1];
         linearise_pieces(p, r.node[e].position, second.position, second.axis, rod.steps, plan.loads, piece.linear);
     }
@@ -392,11 +398,7 @@ void propose_again(const LimbPlan& plan, Room& room, int finer) {
         Rod& r = room.rod[i];
         for (int e = 0; e < rod.elements; ++e) {
             Piece& piece = r.piece[e];
-            Pieces p;
-            p.k = r.k, p.load = r.load, p.length = r.length;
-            p.n = piece.wrench.first, p.y.moment = piece.wrench.second;
-            p.y.position = no_pair().first;
-            p.y.tangent = r.node[e].axis[2], p.y.director = r.node[e].axis[0];
+            Pieces p = at_base(r, e);
             advance(p, finer * rod.steps, nullptr, 0);
             const Frame& second = r.node[e + 1];
             const V axes[3] = {p.y.director, cross(p.y.tangent, p.y.director), p.y.tangent};

@@ -13,6 +13,7 @@
 #include "softlimb/rod/geodesic.hpp"
 #include "softlimb/rod/integrators/rk8.hpp"
 #include "softlimb/rod/lanes/pieces.hpp"
+#include "softlimb/solve/newton_numbers.hpp"
 
 namespace softlimb::rod::lanes::SOFTLIMB_INSTRUCTION_SET {
 namespace {

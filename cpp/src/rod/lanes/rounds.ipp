@@ -1,6 +1,5 @@
 // Measures of a step, counts of modes, and the rounds of limbs side by side; included by limbs.ipp, in its namespace.
 
-constexpr double share_of_tip = 1e-3;  // of a wrench's relative error in the error of the tip, as in limb::Equilibrium
 // Of the bound on how much the stiffness changes with a step. Over the last step of 1184 random rows of the reference
 // limb the eigenvalue nearest to zero changed by a fortieth of the bound at most.
 constexpr double share_of_change = 0.15;
@@ -47,7 +46,7 @@ Pack inverse_square(const Pack& x) { return Pack(1.0) / (x * x); }
 struct StepSize {
     Pack move, wrench, stiffness;
     Pack value() const {
-        const Pack w = Pack(share_of_tip) * wrench;
+        const Pack w = Pack(solve::wrench_in_tip) * wrench;
         return select(move < w, w, move);
     }
 };
@@ -69,7 +68,7 @@ StepSize size_of_step(const LimbPlan& plan, Room& room, const Scales& scales) {
         largest = select(largest < x, x, largest);
     });
     const Pack moved = move.value();
-    return {moved, wrench.value(), Pack(0.3 * plan.length) * moved * scales.force + largest};
+    return {moved, wrench.value(), Pack(solve::stiffness_by_move * plan.length) * moved * scales.force + largest};
 }
 
 /// By what the step is shortened so that nothing turns or is displaced by more than half a radian or half a rod.
@@ -85,9 +84,8 @@ Pack bounded_factor(const LimbPlan& plan, Room& room) {
         const V carried = first.first + cross(first.second, r.node[e + 1].position - r.node[e].position);
         turn.grow(second.first - carried, per_length), turn.grow(second.second, one);
     });
-    constexpr double largest = 0.5;
-    const Pack t = turn.value();
-    return select(Pack(largest) < t, Pack(largest) / t, one);
+    const Pack t = turn.value(), largest(solve::largest_turn);
+    return select(largest < t, largest / t, one);
 }
 
 Pack relative_residual(const LimbPlan& plan, Room& room, const Scales& scales) {
@@ -195,9 +193,9 @@ void round(const LimbPlan& plan, void* memory) {
 
     // Steps with the stiffness at hand shrink what is left by about what has been moved since, as in limb::Equilibrium.
     // Some lane wants them in nearly every round, so they cost the others nothing: they are tried early.
-    const Pack arm = Pack(0.05 * plan.length) * scales.largest_force / scales.moment;
+    const Pack arm = Pack(solve::force_arm * plan.length) * scales.largest_force / scales.moment;
     const Pack leverage = select(arm < one, one, arm);
-    Pack shrink = Pack(4.0) * size * leverage, changed = step.stiffness, last = size;
+    Pack shrink = Pack(solve::left_by_chord) * size * leverage, changed = step.stiffness, last = size;
     const Pack whole = yes(one < factor + Pack(1e-12));
     const Pack close = room.running * whole * yes(residual < one) * yes(size * leverage < Pack(0.5));
     // A correction of the lanes where it is smaller than a bound; those are left in `lanes`.
