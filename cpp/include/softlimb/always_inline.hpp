@@ -18,3 +18,12 @@
 #define SOFTLIMB_ALWAYS_INLINE inline
 #define SOFTLIMB_LAMBDA_INLINE
 #endif
+
+/// For code that is large as it is: with its neighbours in one function it would leave the instruction cache.
+#if defined(__GNUC__) || defined(__clang__)
+#define SOFTLIMB_NEVER_INLINE __attribute__((noinline))
+#elif defined(_MSC_VER)
+#define SOFTLIMB_NEVER_INLINE __declspec(noinline)
+#else
+#define SOFTLIMB_NEVER_INLINE
+#endif

@@ -35,14 +35,14 @@ struct Linearisation {
 };
 
 /// `K` gives the compliances shear = 1/GA, bending = 1/EI, torsion = 1/GJ, coupling, rest_twist, and the axial law as
-/// axial(force, strain, compliance).
+/// axial(force, strain, compliance), all over a `unit` of rest length, which rates, and `line_moment`, are then per.
 template <class S, class K>
 SOFTLIMB_ALWAYS_INLINE RodState<S> rate(const K& k, const RodState<S>& y, const Vec3<S>& n, const Vec3<S>& line_moment,
                                         Linearisation<S>& at) {
     const S n3 = dot(y.tangent, n), m3 = dot(y.tangent, y.moment);
     S strain, axial_compliance;
     k.axial(n3, strain, axial_compliance);
-    const S along = S(1.0) + strain + k.coupling * m3 - k.shear * n3;
+    const S along = k.unit + strain + k.coupling * m3 - k.shear * n3;
     const S spin = k.rest_twist + k.coupling * n3 + k.torsion * m3 - k.bending * m3;
     const Vec3<S> velocity = k.shear * n + along * y.tangent;
     const Vec3<S> bend = k.bending * y.moment;
@@ -62,14 +62,28 @@ struct Variation {
 ///   dp'     = dtheta x p' + a x + [(dv3/dn3 - a) t.x + c12 t.y] t
 ///   dm'     = -dp' x n - p' x dn
 template <class S, class K>
-SOFTLIMB_ALWAYS_INLINE Variation<S> vary(const K& k, const Linearisation<S>& at, const Vec3<S>& rotation,
-                                         const Vec3<S>& moment, const Vec3<S>& force) {
-    const Vec3<S> x = force - cross(rotation, at.n), y = moment - cross(rotation, at.m);
+SOFTLIMB_ALWAYS_INLINE Variation<S> vary_seen(const K& k, const Linearisation<S>& at, const Vec3<S>& rotation,
+                                              const Vec3<S>& x, const Vec3<S>& y) {
     const S tx = dot(at.t, x), ty = dot(at.t, y);
     const S bend = (k.torsion - k.bending) * ty + k.coupling * tx;
     const S pull = (at.axial_compliance - k.shear) * tx + k.coupling * ty;
     const Vec3<S> position = cross(rotation, at.velocity) + k.shear * x + pull * at.t;
-    return {position, k.bending * y + bend * at.t, cross(at.n, position) + cross(force, at.velocity)};
+    return {position, k.bending * y + bend * at.t, cross(at.n, position)};
+}
+
+template <class S, class K>
+SOFTLIMB_ALWAYS_INLINE Variation<S> vary(const K& k, const Linearisation<S>& at, const Vec3<S>& rotation,
+                                         const Vec3<S>& moment, const Vec3<S>& force) {
+    Variation<S> z = vary_seen(k, at, rotation, force - cross(rotation, at.n), moment - cross(rotation, at.m));
+    z.moment += cross(force, at.velocity);
+    return z;
+}
+
+/// The same where dn is zero.
+template <class S, class K>
+SOFTLIMB_ALWAYS_INLINE Variation<S> vary(const K& k, const Linearisation<S>& at, const Vec3<S>& rotation,
+                                         const Vec3<S>& moment) {
+    return vary_seen(k, at, rotation, cross(at.n, rotation), moment - cross(rotation, at.m));
 }
 
 }  // namespace softlimb::rod

@@ -13,6 +13,7 @@ namespace softlimb::rod {
 /// Compliances of a section as the right-hand side uses them.
 template <class S>
 struct Compliances {
+    S unit{1.0};  // everything is per rest length
     S shear, bending, torsion, coupling, rest_twist;
     const AxialLaw* axial_law;
 
@@ -30,6 +31,7 @@ struct Compliances {
 /// The same with the derivative to one parameter, of which the section's derivative is given field by field.
 template <>
 struct Compliances<Dual<1>> {
+    Dual<1> unit{1.0};
     Dual<1> shear, bending, torsion, coupling, rest_twist;
     const AxialLaw* axial_law;
     AxialLaw axial_law_slope;  // centre and half_range of the law, coefficients of the derivative

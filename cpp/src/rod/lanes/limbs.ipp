@@ -113,7 +113,7 @@ void open(const LimbPlan& plan, void* memory) {
     for (int i = 0; i < plan.rods; ++i) {
         Rod& rod = room.rod[i];
         rod.k.degree = 0;
-        rod.k.shear = rod.k.bending = rod.k.torsion = Pack(1.0);
+        rod.k.unit = rod.k.shear = rod.k.bending = rod.k.torsion = Pack(1.0);
         rod.k.coupling = rod.k.rest_twist = rod.k.centre = rod.k.per_range = Pack(0.0);
         rod.k.half_range = Pack(1e300);
         for (Pack& c : rod.k.coefficient) c = Pack(0.0);
@@ -399,7 +399,7 @@ void propose_again(const LimbPlan& plan, Room& room, int finer) {
         for (int e = 0; e < rod.elements; ++e) {
             Piece& piece = r.piece[e];
             Pieces p = at_base(r, e);
-            advance(p, finer * rod.steps, nullptr, 0);
+            advance(p, finer * rod.steps);
             const Frame& second = r.node[e + 1];
             const V axes[3] = {p.y.director, cross(p.y.tangent, p.y.director), p.y.tangent};
             piece.gap = {p.y.position + (r.node[e].position - second.position), turn_between(axes, second.axis)};

@@ -37,13 +37,25 @@ SOFTLIMB_ALWAYS_INLINE void unrolled(F&& f) {
 /// Compliances of W sections. The axial law of every lane is v3 - 1 = n g((n - centre)/half_range) inside its range and
 /// the second-order Taylor polynomial at the range's end outside (section.hpp), of the largest degree in the pack.
 struct LaneCompliances {
-    Pack shear, bending, torsion, coupling, rest_twist;
+    Pack unit, shear, bending, torsion, coupling, rest_twist;  // all per `unit` of rest length
     Pack coefficient[AxialLaw::max_degree + 1];
     Pack centre, half_range, per_range;
     int degree = 0;
 
+    /// The same over a step: rates by them are changes over it, and need no scaling of their own.
+    SOFTLIMB_ALWAYS_INLINE LaneCompliances over(const Pack& step) const {
+        LaneCompliances k;
+        k.unit = step * unit, k.shear = step * shear, k.bending = step * bending, k.torsion = step * torsion;
+        k.coupling = step * coupling, k.rest_twist = step * rest_twist;
+        k.degree = degree;
+        for (int i = 0; i <= degree; ++i) k.coefficient[i] = step * coefficient[i];
+        if (degree > 0) k.centre = centre, k.half_range = half_range, k.per_range = per_range;
+        return k;
+    }
+
     /// Puts a section into a lane; `degree` is known.
     SOFTLIMB_ALWAYS_INLINE void put(int lane, const Section& s) {
+        unit = Pack(1.0);
         shear.set(lane, 1.0 / s.shear), bending.set(lane, 1.0 / s.bending);
         torsion.set(lane, 1.0 / s.torsion), coupling.set(lane, s.extension_twist);
         rest_twist.set(lane, s.rest_twist);
@@ -115,7 +127,7 @@ struct Parameter {
     V force;      // of n(s) by s: -(df + f dL/L)
 
     SOFTLIMB_ALWAYS_INLINE Parameter(const Start* starts, const Slope* slopes, int count, const Pieces& p) {
-        k.degree = p.k.degree;
+        k.unit = Pack(0.0), k.degree = p.k.degree;
         k.centre = p.k.centre, k.half_range = p.k.half_range, k.per_range = p.k.per_range;
         V df;
         for (int lane = 0; lane < W; ++lane) {
@@ -135,7 +147,7 @@ struct Parameter {
 
     /// What the rate of the variation has beside that of `vary`: the rate's own change at fixed state, and its stretch.
     SOFTLIMB_ALWAYS_INLINE Variation<Pack> source(const LaneCompliances& at, const Linearisation<Pack>& y,
-                                                  const V& line_moment) const {
+                                                  const V& step_moment) const {
         const Pack n3 = dot(y.t, y.n), m3 = dot(y.t, y.m);
         Pack strain, ignored;
         k.axial(n3, strain, ignored);
@@ -144,14 +156,70 @@ struct Parameter {
         const Pack spin = at.rest_twist + at.coupling * n3 + (at.torsion - at.bending) * m3;
         return {position + length * y.velocity,
                 k.bending * y.m + twist * y.t + length * (at.bending * y.m + spin * y.t),
-                cross(y.n, position) + length * (cross(y.n, y.velocity) - line_moment)};
+                cross(y.n, position) + length * (cross(y.n, y.velocity) - step_moment)};
     }
 };
 
+/// A step of the pieces: compliances and loads over it.
+struct StepOf {
+    LaneCompliances k;
+    V force, moment;
+
+    SOFTLIMB_ALWAYS_INLINE StepOf(const Pieces& p, int steps) {
+        const Pack h = p.length * Pack(1.0 / steps);
+        k = p.k.over(h), force = h * p.load.force, moment = h * p.load.moment;
+    }
+};
+
+/// One step of the state; `seen(stage, linearisation)` looks at each stage.
+template <class Seen>
+SOFTLIMB_ALWAYS_INLINE void step_state(Pieces& p, const StepOf& over, Seen&& seen) {
+    RodState<Pack> dy[stages];
+    const RodState<Pack> from = p.y;
+    unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
+        constexpr int i = stage;
+        RodState<Pack> at = from;
+        unrolled<0, i>([&](auto before) SOFTLIMB_LAMBDA_INLINE {
+            constexpr int j = before;
+            if constexpr (Method::a[i][j] != 0.0) {
+                const Pack a(Method::a[i][j]);
+                at.tangent += a * dy[j].tangent, at.director += a * dy[j].director, at.moment += a * dy[j].moment;
+            }
+        });
+        Linearisation<Pack> linear;
+        const RodState<Pack> d = rate(over.k, at, p.n - Pack(Method::c[i]) * over.force, over.moment, linear);
+        if constexpr (Method::b[i] != 0.0) p.y.position += Pack(Method::b[i]) * d.position;
+        dy[i].tangent = d.tangent, dy[i].director = d.director, dy[i].moment = d.moment;
+        seen(stage, linear);
+    });
+    unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
+        constexpr int i = stage;
+        if constexpr (Method::b[i] != 0.0) {
+            const Pack b(Method::b[i]);
+            p.y.tangent += b * dy[i].tangent, p.y.director += b * dy[i].director, p.y.moment += b * dy[i].moment;
+        }
+    });
+    p.n = p.n - over.force;
+}
+
+SOFTLIMB_ALWAYS_INLINE void make_orthonormal(RodState<Pack>& y) {
+    y.tangent = normalised(y.tangent);
+    y.director = normalised(y.director - dot(y.director, y.tangent) * y.tangent);
+}
+
+/// Advances the pieces. Not inlined, as those below: its name is this instruction set's own, and compiled once it is
+/// compiled fast.
+void advance(Pieces& p, int steps) {
+    const StepOf over(p, steps);
+    for (int step = 0; step < steps; ++step)
+        step_state(p, over, [](auto, const Linearisation<Pack>&) SOFTLIMB_LAMBDA_INLINE {});
+    make_orthonormal(p.y);
+}
+
 /// One step of one variation, whose rate at a stage is `rate(stage, rotation, moment)`.
 template <class Rate>
-SOFTLIMB_ALWAYS_INLINE void advance_column(Variation<Pack>& z, const Pack& h, Rate&& rate) {
-    Variation<Pack> dz[stages];
+SOFTLIMB_ALWAYS_INLINE void step_column(Variation<Pack>& z, Rate&& rate) {
+    V rotation_rate[stages], moment_rate[stages];
     const Variation<Pack> from = z;
     unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
         constexpr int i = stage;
@@ -159,71 +227,70 @@ SOFTLIMB_ALWAYS_INLINE void advance_column(Variation<Pack>& z, const Pack& h, Ra
         unrolled<0, i>([&](auto before) SOFTLIMB_LAMBDA_INLINE {
             constexpr int j = before;
             if constexpr (Method::a[i][j] != 0.0) {
-                const Pack w(Method::a[i][j]);
-                rotation += w * dz[j].rotation, moment += w * dz[j].moment;
+                const Pack a(Method::a[i][j]);
+                rotation += a * rotation_rate[j], moment += a * moment_rate[j];
             }
         });
         const Variation<Pack> d = rate(stage, rotation, moment);
-        dz[i] = {h * d.position, h * d.rotation, h * d.moment};
+        if constexpr (Method::b[i] != 0.0) z.position += Pack(Method::b[i]) * d.position;
+        rotation_rate[i] = d.rotation, moment_rate[i] = d.moment;
     });
     unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
         constexpr int i = stage;
         if constexpr (Method::b[i] != 0.0) {
-            const Pack w(Method::b[i]);
-            z.position += w * dz[i].position, z.rotation += w * dz[i].rotation, z.moment += w * dz[i].moment;
+            const Pack b(Method::b[i]);
+            z.rotation += b * rotation_rate[i], z.moment += b * moment_rate[i];
         }
     });
 }
 
-/// Advances the pieces and `columns` variations, of which the first three are those of the base force. Not inlined: its
-/// name is this instruction set's own, and compiled once it is compiled fast. With a parameter there is one column, its
-/// own.
-void advance(Pieces& p, int steps, Variation<Pack>* z, int columns, const Parameter* parameter = nullptr) {
-    const LaneCompliances& k = p.k;
-    const Pack h = p.length * Pack(1.0 / steps);
-    RodState<Pack> dy[stages];
+/// One step of the variation with a change of the base force, or without.
+SOFTLIMB_NEVER_INLINE void step_forced(Variation<Pack>& z, const LaneCompliances& k, const Linearisation<Pack>* linear,
+                                       const V& force) {
+    step_column(z, [&](auto stage, const V& rotation, const V& moment) SOFTLIMB_LAMBDA_INLINE {
+        return vary(k, linear[stage], rotation, moment, force);
+    });
+}
+SOFTLIMB_NEVER_INLINE void step_free(Variation<Pack>& z, const LaneCompliances& k, const Linearisation<Pack>* linear) {
+    step_column(z, [&](auto stage, const V& rotation, const V& moment) SOFTLIMB_LAMBDA_INLINE {
+        return vary(k, linear[stage], rotation, moment);
+    });
+}
+
+/// Advances the pieces and `columns` variations, of which the first three are those of the base force.
+void advance_with(Pieces& p, int steps, Variation<Pack>* z, int columns) {
+    const StepOf over(p, steps);
+    const Pack zero(0.0), one(1.0);
     Linearisation<Pack> linear[stages];
     for (int step = 0; step < steps; ++step) {
-        unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
-            constexpr int i = stage;
-            RodState<Pack> at = p.y;
-            unrolled<0, i>([&](auto before) SOFTLIMB_LAMBDA_INLINE {
-                constexpr int j = before;
-                if constexpr (Method::a[i][j] != 0.0) {
-                    const Pack w(Method::a[i][j]);
-                    at.tangent += w * dy[j].tangent, at.director += w * dy[j].director, at.moment += w * dy[j].moment;
-                }
-            });
-            const RodState<Pack> d =
-                rate(k, at, p.n - (h * Pack(Method::c[i])) * p.load.force, p.load.moment, linear[i]);
-            dy[i] = {h * d.position, h * d.tangent, h * d.director, h * d.moment};
-        });
-        unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
-            constexpr int i = stage;
-            if constexpr (Method::b[i] != 0.0) {
-                const Pack w(Method::b[i]);
-                p.y.position += w * dy[i].position, p.y.tangent += w * dy[i].tangent;
-                p.y.director += w * dy[i].director, p.y.moment += w * dy[i].moment;
-            }
-        });
-        // Column by column: the twelve stages of one fit the registers and the nearest cache.
-        for (int c = 0; c < columns; ++c) {
-            const V force{Pack(c == 0 ? 1.0 : 0.0), Pack(c == 1 ? 1.0 : 0.0), Pack(c == 2 ? 1.0 : 0.0)};
-            advance_column(z[c], h, [&](auto stage, const V& rotation, const V& moment) SOFTLIMB_LAMBDA_INLINE {
-                return vary(k, linear[stage], rotation, moment, force);
-            });
-        }
-        if (parameter != nullptr)
-            advance_column(*z, h, [&](auto stage, const V& rotation, const V& moment) SOFTLIMB_LAMBDA_INLINE {
-                const V force = (h * Pack(step + Method::c[stage])) * parameter->force;
-                const Variation<Pack> v = vary(k, linear[stage], rotation, moment, force);
-                const Variation<Pack> s = parameter->source(k, linear[stage], p.load.moment);
-                return Variation<Pack>{v.position + s.position, v.rotation + s.rotation, v.moment + s.moment};
-            });
-        p.n = p.n - h * p.load.force;
+        step_state(p, over, [&](auto stage, const Linearisation<Pack>& l)
+                                SOFTLIMB_LAMBDA_INLINE { linear[stage] = l; });
+        // Column by column: the stages of one fit the nearest cache.
+        for (int c = 0; c < 3; ++c)
+            step_forced(z[c], over.k, linear, {c == 0 ? one : zero, c == 1 ? one : zero, c == 2 ? one : zero});
+        for (int c = 3; c < columns; ++c) step_free(z[c], over.k, linear);
     }
-    p.y.tangent = normalised(p.y.tangent);
-    p.y.director = normalised(p.y.director - dot(p.y.director, p.y.tangent) * p.y.tangent);
+    make_orthonormal(p.y);
+}
+
+/// Advances the pieces and their variation with a parameter.
+void advance_with(Pieces& p, int steps, Variation<Pack>& z, Parameter parameter) {
+    const StepOf over(p, steps);
+    const Pack h = p.length * Pack(1.0 / steps);
+    parameter.k = parameter.k.over(h);
+    const V force = h * parameter.force;  // over a step
+    Linearisation<Pack> linear[stages];
+    for (int step = 0; step < steps; ++step) {
+        step_state(p, over, [&](auto stage, const Linearisation<Pack>& l)
+                                SOFTLIMB_LAMBDA_INLINE { linear[stage] = l; });
+        step_column(z, [&](auto stage, const V& rotation, const V& moment) SOFTLIMB_LAMBDA_INLINE {
+            const Variation<Pack> v =
+                vary(over.k, linear[stage], rotation, moment, Pack(step + Method::c[stage]) * force);
+            const Variation<Pack> s = parameter.source(over.k, linear[stage], over.moment);
+            return Variation<Pack>{v.position + s.position, v.rotation + s.rotation, v.moment + s.moment};
+        });
+    }
+    make_orthonormal(p.y);
 }
 
 SOFTLIMB_ALWAYS_INLINE void put(double* out, const V& v, int lane) {
@@ -248,32 +315,49 @@ struct M6 {
     SOFTLIMB_ALWAYS_INLINE const Pack& operator()(int row, int column) const { return m[column][row]; }
 };
 
-/// Gauss and Jordan with partial pivoting: rows are compared and exchanged one by one, each lane for itself.
-SOFTLIMB_ALWAYS_INLINE void invert(M6 a, M6& b) {
-    for (int i = 0; i < 6; ++i)
-        for (int j = 0; j < 6; ++j) b(i, j) = Pack(i == j ? 1.0 : 0.0);
-    for (int k = 0; k < 6; ++k) {
-        for (int r = k + 1; r < 6; ++r) {
-            const Mask larger = absolute(a(k, k)) < absolute(a(r, k));
-            for (int j = k; j < 6; ++j) {
-                const Pack x = a(k, j), y = a(r, j);
-                a(k, j) = select(larger, y, x), a(r, j) = select(larger, x, y);
-            }
-            for (int j = 0; j < 6; ++j) {
-                const Pack x = b(k, j), y = b(r, j);
-                b(k, j) = select(larger, y, x), b(r, j) = select(larger, x, y);
-            }
-        }
-        const Pack scale = Pack(1.0) / a(k, k);
-        for (int j = k + 1; j < 6; ++j) a(k, j) = a(k, j) * scale;
-        for (int j = 0; j < 6; ++j) b(k, j) = b(k, j) * scale;
-        for (int r = 0; r < 6; ++r) {
-            if (r == k) continue;
-            const Pack factor = a(r, k);
-            for (int j = k + 1; j < 6; ++j) a(r, j) = a(r, j) - factor * a(k, j);
-            for (int j = 0; j < 6; ++j) b(r, j) = b(r, j) - factor * b(k, j);
-        }
+/// A 3 x 3 matrix a lane, by columns.
+struct M3 {
+    V column[3];
+
+    SOFTLIMB_ALWAYS_INLINE friend V operator*(const M3& a, const V& v) {
+        return v.x * a.column[0] + v.y * a.column[1] + v.z * a.column[2];
     }
+    SOFTLIMB_ALWAYS_INLINE friend M3 operator*(const M3& a, const M3& b) {
+        return {{a * b.column[0], a * b.column[1], a * b.column[2]}};
+    }
+    SOFTLIMB_ALWAYS_INLINE friend M3 operator-(const M3& a, const M3& b) {
+        return {{a.column[0] - b.column[0], a.column[1] - b.column[1], a.column[2] - b.column[2]}};
+    }
+    SOFTLIMB_ALWAYS_INLINE friend M3 operator-(const M3& a) { return {{-a.column[0], -a.column[1], -a.column[2]}}; }
+};
+
+SOFTLIMB_ALWAYS_INLINE M3 inverse_of(const M3& a) {
+    const V *c = a.column, x = cross(c[1], c[2]), y = cross(c[2], c[0]), z = cross(c[0], c[1]);
+    const Pack per = Pack(1.0) / dot(c[0], x);
+    return {{per * V{x.x, y.x, z.x}, per * V{x.y, y.y, z.y}, per * V{x.z, y.z, z.z}}};
+}
+
+SOFTLIMB_ALWAYS_INLINE M3 part(const M6& a, int row, int column) {
+    const auto one = [&](int c) { return V{a(row, c), a(row + 1, c), a(row + 2, c)}; };
+    return {{one(column), one(column + 1), one(column + 2)}};
+}
+SOFTLIMB_ALWAYS_INLINE void put(M6& a, int row, int column, const M3& b) {
+    for (int c = 0; c < 3; ++c) {
+        const V& v = b.column[c];
+        a(row, column + c) = v.x, a(row + 1, column + c) = v.y, a(row + 2, column + c) = v.z;
+    }
+}
+
+/// Inverse of [p, r; q, s], whose last block must be regular: turns by moments (of a piece that no moment buckles), or
+/// moments by turns. Its blocks have units of their own, so no length is needed to compare them.
+SOFTLIMB_ALWAYS_INLINE void invert(const M3& p, const M3& q, const M3& r, const M3& s, M6& inverse) {
+    const M3 per_s = inverse_of(s), by_s = r * per_s, q_by_s = per_s * q;
+    const M3 per_p = inverse_of(p - by_s * q), low = -(q_by_s * per_p);
+    put(inverse, 0, 0, per_p), put(inverse, 0, 3, -(per_p * by_s));
+    put(inverse, 3, 0, low), put(inverse, 3, 3, per_s - low * by_s);
+}
+SOFTLIMB_ALWAYS_INLINE void invert(const M6& a, M6& inverse) {
+    invert(part(a, 0, 0), part(a, 3, 0), part(a, 0, 3), part(a, 3, 3), inverse);
 }
 
 /// Rotation vector of a b^T, where columns of the two rotations are given: small for pieces that nearly meet their
@@ -348,14 +432,14 @@ void linearise_pieces(Pieces& p, const V& from, const V& node, const V* node_axe
     } else if (loads == Loads::any) {
         z[6].rotation.x = one, z[7].rotation.y = one, z[8].rotation.z = one;
     }
-    advance(p, steps, z, columns);
+    advance_with(p, steps, z, columns);
 
     // End pose (dp, dtheta) and end moment by base wrench.
-    M6 by_wrench;
+    M6& inverse = l.inverse;
+    invert({{z[0].position, z[1].position, z[2].position}}, {{z[0].rotation, z[1].rotation, z[2].rotation}},
+           {{z[3].position, z[4].position, z[5].position}}, {{z[3].rotation, z[4].rotation, z[5].rotation}}, inverse);
     Pack(&moment_by_wrench)[6][3] = l.moment_by_wrench;
     for (int c = 0; c < 6; ++c) {
-        by_wrench(0, c) = z[c].position.x, by_wrench(1, c) = z[c].position.y, by_wrench(2, c) = z[c].position.z;
-        by_wrench(3, c) = z[c].rotation.x, by_wrench(4, c) = z[c].rotation.y, by_wrench(5, c) = z[c].rotation.z;
         moment_by_wrench[c][0] = z[c].moment.x, moment_by_wrench[c][1] = z[c].moment.y;
         moment_by_wrench[c][2] = z[c].moment.z;
     }
@@ -393,19 +477,6 @@ void linearise_pieces(Pieces& p, const V& from, const V& node, const V* node_axe
         }
     }
 
-    // The columns of forces and moments differ by the square of a length: forces are multiplied by the length and turns
-    // by it before the inversion, so that the mixed blocks stay as they are.
-    const Pack scale = p.length, per_scale = one / p.length;
-    M6 scaled = by_wrench;
-    M6& inverse = l.inverse;
-    for (int r = 0; r < 6; ++r)
-        for (int c = 0; c < 6; ++c)
-            if ((r < 3) == (c < 3)) scaled(r, c) = scaled(r, c) * (r < 3 ? per_scale : scale);
-    invert(scaled, inverse);
-    for (int r = 0; r < 6; ++r)
-        for (int c = 0; c < 6; ++c)
-            if ((r < 3) == (c < 3)) inverse(r, c) = inverse(r, c) * (r < 3 ? per_scale : scale);
-
     // Gap to the second node.
     l.binormal = cross(p.y.tangent, p.y.director);
     const V end_axes[3] = {p.y.director, l.binormal, p.y.tangent};
@@ -428,19 +499,17 @@ void linearise_pieces(Pieces& p, const V& from, const V& node, const V* node_axe
     }
     // E has the identity and zero in its first three rows, and the moment's columns below.
     M6 &by_second = l.by_second, &end_by_first = l.end_by_first;  // E B^-1, and D - E B^-1 A
-    for (int c = 0; c < 6; ++c) {
+    const auto moment_of = [&](const M6& wrench, int c, int r) {
+        Pack m = moment_by_wrench[0][r] * wrench(0, c);
+        for (int k = 1; k < 6; ++k) m = m + moment_by_wrench[k][r] * wrench(k, c);
+        return m;
+    };
+    for (int c = 0; c < 6; ++c)
         for (int r = 0; r < 3; ++r) {
-            by_second(r, c) = inverse(r, c);
+            by_second(r, c) = inverse(r, c), by_second(3 + r, c) = moment_of(inverse, c, r);
             end_by_first(r, c) = -by_first(r, c);
-            Pack second = moment_by_wrench[0][r] * inverse(0, c), first = moment_by_wrench[0][r] * by_first(0, c);
-            for (int k = 1; k < 6; ++k) {
-                second = second + moment_by_wrench[k][r] * inverse(k, c);
-                first = first + moment_by_wrench[k][r] * by_first(k, c);
-            }
-            by_second(3 + r, c) = second;
-            end_by_first(3 + r, c) = -first;
+            end_by_first(3 + r, c) = c < 3 ? -by_second(3 + r, c) : -moment_of(by_first, c, r);
         }
-    }
     for (int c = 0; c < 3; ++c) {
         end_by_first(3, 3 + c) = end_by_first(3, 3 + c) + by_turn[c].moment.x;
         end_by_first(4, 3 + c) = end_by_first(4, 3 + c) + by_turn[c].moment.y;
@@ -506,7 +575,7 @@ void shoot(const Start* starts, const End* ends, int count, int steps) {
     for (int first = 0; first < count; first += W) {
         const int here = count - first < W ? count - first : W;
         Pieces p(starts + first, here);
-        advance(p, steps, nullptr, 0);
+        advance(p, steps);
         const V binormal = cross(p.y.tangent, p.y.director);
         for (int lane = 0; lane < here; ++lane)
             write_end(p, binormal, starts[first + lane].position, ends[first + lane], lane);
@@ -521,7 +590,7 @@ void differentiate(const Start* starts, const Slope* slopes, const EndSlopes* ou
         const Parameter parameter(starts + first, slopes + first, here, p);
         const V nothing{zero, zero, zero};
         Variation<Pack> z{nothing, nothing, nothing};
-        advance(p, steps, &z, 0, &parameter);
+        advance_with(p, steps, z, parameter);
         const V force = p.length * parameter.force;
         for (int lane = 0; lane < here; ++lane) {
             put(out[first + lane].pose, z.position, lane);
