@@ -42,17 +42,24 @@ sweep::Tick asking(const py::typing::Callable<bool(int)>& tick) {
     };
 }
 
-using AtlasState = std::tuple<std::vector<int>, std::vector<int>, std::vector<double>, std::vector<double>,
-                              std::vector<int>, std::vector<double>>;
+using SheetState = std::tuple<std::vector<int>, std::vector<int>, std::vector<double>>;
+using AtlasState = std::tuple<std::vector<int>, std::vector<int>, std::vector<int>, std::vector<double>,
+                              std::vector<double>, std::vector<double>, std::vector<SheetState>>;
 
 AtlasState state_of(const sweep::Atlas& atlas) {
     const sweep::Atlas::Content& c = atlas.content();
-    return {c.mesh.elements, c.mesh.steps, c.middle, c.scale, c.powers, c.coefficients};
+    std::vector<SheetState> sheets;
+    for (const sweep::Atlas::Sheet& sheet : c.sheets)
+        sheets.emplace_back(sheet.earlier, sheet.variable, sheet.coefficients);
+    return {c.mesh.elements, c.mesh.steps, c.first_rod, c.direction, c.middle, c.scale, sheets};
 }
 
 sweep::Atlas atlas_of(const AtlasState& state) {
-    const auto& [elements, steps, middle, scale, powers, coefficients] = state;
-    return sweep::Atlas({{elements, steps}, middle, scale, powers, coefficients});
+    const auto& [elements, steps, first_rod, direction, middle, scale, states] = state;
+    sweep::Atlas::Content content{{elements, steps}, first_rod, direction, middle, scale, {}};
+    for (const auto& [earlier, variable, coefficients] : states)
+        content.sheets.push_back({earlier, variable, coefficients});
+    return sweep::Atlas(std::move(content));
 }
 
 std::optional<sweep::Atlas> survey_rows(const std::shared_ptr<limb::Geometry>& geometry,
@@ -126,8 +133,13 @@ void bind_sweep(py::module_& m) {
     py::class_<sweep::Atlas, std::shared_ptr<sweep::Atlas>>(
         m, "Atlas", "Starts for the rows of a long sweep, fitted to some of them; made by `survey_rows`.")
         .def_property_readonly(
-            "terms", [](const sweep::Atlas& a) { return a.content().powers.size() / a.content().middle.size(); },
-            "Number of terms of its polynomials.")
+            "terms",
+            [](const sweep::Atlas& atlas) {
+                std::vector<std::size_t> terms;
+                for (const sweep::Atlas::Sheet& sheet : atlas.content().sheets) terms.push_back(sheet.terms());
+                return terms;
+            },
+            "Numbers of terms of the polynomials of its segments.")
         .def(py::pickle(&state_of, &atlas_of));
     m.def("survey_rows", &survey_rows, py::arg("geometry"), py::arg("members"), py::arg("scene"),
           py::arg("pressures").noconvert(), py::kw_only(), py::arg("tolerance"), py::arg("section"), py::arg("valve"),

@@ -1,9 +1,10 @@
 #include "softlimb/sweep/atlas.hpp"
 
-#include <Eigen/QR>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
 
 #include "softlimb/limb/equilibrium.hpp"
 
@@ -33,89 +34,132 @@ limb::Mesh mesh_of(const std::vector<Anchor>& anchors, double tolerance) {
     return mesh;
 }
 
-/// What an atlas knows of a shape: poses of plates and interior nodes of its mesh, and wrenches at the pieces' bases,
-/// in the frames that the segments stand on.
-Eigen::RowVectorXd described(const limb::Geometry& geometry, const Anchor& anchor, const limb::Mesh& mesh,
-                             std::size_t outputs) {
-    Eigen::RowVectorXd values(static_cast<Eigen::Index>(outputs));
+/// What an atlas knows of a segment: poses of its plate and of the interior nodes of its rods, and wrenches at the
+/// pieces' bases, in the frame that it stands on.
+template <class Row>
+void describe(const limb::Geometry& geometry, const limb::Shape& shape, int segment, int first_rod, Row&& values) {
+    const Pose foot = geometry.footing(segment, shape.plates);
+    const Matrix3 back = foot.rotation.transpose();
     Eigen::Index at = 0;
-    const auto pose = [&](const Pose& foot, const Pose& p) {
-        const Matrix3 back = foot.rotation.transpose();
-        values.segment<3>(at) = (back * (p.position - foot.position)).transpose();
-        values.segment<3>(at + 3) = (back * p.rotation.col(0)).transpose();
-        values.segment<3>(at + 6) = (back * p.rotation.col(2)).transpose();
+    const auto pose = [&](const Pose& p) {
+        values.template segment<3>(at) = back * (p.position - foot.position);
+        values.template segment<3>(at + 3) = back * p.rotation.col(0);
+        values.template segment<3>(at + 6) = back * p.rotation.col(2);
         at += pose_numbers;
     };
-    const limb::Shape shape = limb::on_mesh(geometry, anchor.scene, anchor.shape, mesh);
-    for (int j = 0; j < geometry.plates(); ++j) pose(geometry.footing(j, shape.plates), shape.plates[j]);
-    std::size_t i = 0;
-    for (int j = 0; j < geometry.plates(); ++j) {
-        const Pose foot = geometry.footing(j, shape.plates);
-        for (std::size_t k = 0; k < geometry.segments[j].rods.size(); ++k, ++i) {
-            const limb::RodShape& rod = shape.rods[i];
-            for (int e = 1; e < rod.elements(); ++e) pose(foot, rod.nodes[e]);
-            for (const Vector6& wrench : rod.wrenches) {
-                values.segment<3>(at) = (foot.rotation.transpose() * wrench.head<3>()).transpose();
-                values.segment<3>(at + 3) = (foot.rotation.transpose() * wrench.tail<3>()).transpose();
-                at += wrench_numbers;
-            }
+    pose(shape.plates[segment]);
+    for (std::size_t k = 0; k < geometry.segments[segment].rods.size(); ++k) {
+        const limb::RodShape& rod = shape.rods[first_rod + k];
+        for (int e = 1; e < rod.elements(); ++e) pose(rod.nodes[e]);
+        for (const Vector6& wrench : rod.wrenches) {
+            values.template segment<3>(at) = back * wrench.head<3>();
+            values.template segment<3>(at + 3) = back * wrench.tail<3>();
+            at += wrench_numbers;
         }
     }
-    return values;
 }
 
-std::size_t outputs_of(const limb::Mesh& mesh, std::size_t plates) {
-    std::size_t count = plates * pose_numbers;
-    for (const int elements : mesh.elements)
-        count += static_cast<std::size_t>(elements) * (pose_numbers + wrench_numbers) - pose_numbers;
+/// Numbers of a segment's description.
+std::size_t outputs_of(const limb::Mesh& mesh, int first_rod, int end_rod) {
+    std::size_t count = pose_numbers;
+    for (int i = first_rod; i < end_rod; ++i)
+        count += static_cast<std::size_t>(mesh.elements[i]) * (pose_numbers + wrench_numbers) - pose_numbers;
     return count;
 }
 
-/// Powers of the rods in every term up to a degree, and of those within one segment up to a degree of their own.
-std::vector<int> terms_of(const std::vector<double>& scale, const std::vector<int>& segment, int degree, int own) {
-    const int rods = static_cast<int>(scale.size());
-    constexpr int none = -1, several = -2;
-    std::vector<int> terms, power(rods, 0);
-    const std::function<void(int, int, int)> add = [&](int from, int used, int within) {
-        terms.insert(terms.end(), power.begin(), power.end());
-        for (int i = from; i < rods; ++i) {
-            const int now = within == none || within == segment[i] ? segment[i] : several;
-            if (scale[i] == 0.0 || used >= (now == several ? degree : own)) continue;
-            ++power[i];
-            add(i, used + 1, now);
-            --power[i];
+/// Terms of all variables up to a degree, and of the first `own` of them up to a degree of their own.
+Atlas::Sheet terms_of(int variables, int own, int degree, int own_degree, const std::vector<bool>& varies) {
+    Atlas::Sheet sheet;
+    const std::function<void(int, int, int, bool)> add = [&](int term, int from, int used, bool beyond) {
+        for (int v = from; v < variables; ++v) {
+            const bool now = beyond || v >= own;
+            if (!varies[v] || used >= (now ? degree : own_degree)) continue;
+            sheet.earlier.push_back(term), sheet.variable.push_back(v);
+            add(static_cast<int>(sheet.earlier.size()), v, used + 1, now);
         }
     };
-    add(0, 0, none);
-    return terms;
+    add(0, 0, 0, false);
+    return sheet;
+}
+
+/// Of the loads that do not turn with the limb, all together; where they cancel, of the first one.
+std::vector<double> direction_of(const limb::Geometry& geometry, const limb::Scene& scene) {
+    std::vector<Vector3> loads{Vector3::Zero()};
+    const auto add = [&](const Vector3& load) { loads.front() += load, loads.push_back(load); };
+    for (std::size_t i = 0; i < scene.rods.size(); ++i)
+        add(scene.rods[i].rest_length * eigen(scene.line_load(static_cast<int>(i)).force));
+    for (std::size_t j = 0; j < scene.wrenches.size(); ++j) {
+        add(geometry.segments[j].plate_mass * scene.gravity);
+        if (!scene.following) add(scene.wrenches[j].head<3>());
+    }
+    for (const Vector3& load : loads)
+        if (load.norm() > 0.0) {
+            const Vector3 unit = load.normalized();
+            return {unit.x(), unit.y(), unit.z()};
+        }
+    return {};
 }
 
 }  // namespace
 
 Atlas::Atlas(Content content) : content_(std::move(content)) {
-    const std::size_t rods = content_.middle.size();
-    terms_ = content_.powers.size() / rods;
-    outputs_ = content_.coefficients.size() / terms_;
-    degree_.assign(rods, 0);
-    for (std::size_t k = 0; k < content_.powers.size(); ++k)
-        degree_[k % rods] = std::max(degree_[k % rods], content_.powers[k]);
-    panel_count_ = (outputs_ + together - 1) / together;
-    panels_.assign(panel_count_ * terms_ * together, 0.0);
-    for (std::size_t k = 0; k < terms_; ++k)
-        for (std::size_t i = 0; i < outputs_; ++i)
-            panels_[(i / together * terms_ + k) * together + i % together] = content_.coefficients[k * outputs_ + i];
+    std::size_t at = 12 * content_.sheets.size();
+    for (const int count : content_.mesh.elements) {
+        rod_at_.push_back(at);
+        at += 18 * static_cast<std::size_t>(count) - 12;
+    }
+    for (const Sheet& sheet : content_.sheets) {
+        const std::size_t terms = sheet.terms(), outputs = sheet.coefficients.size() / terms;
+        Panels panels;
+        panels.count = (outputs + together - 1) / together;
+        panels.numbers.assign(panels.count * terms * together, 0.0);
+        for (std::size_t k = 0; k < terms; ++k)
+            for (std::size_t i = 0; i < outputs; ++i)
+                panels.numbers[(i / together * terms + k) * together + i % together] =
+                    sheet.coefficients[k * outputs + i];
+        panels_.push_back(std::move(panels));
+    }
 }
 
-std::optional<Atlas> Atlas::fitted(const limb::Geometry& geometry, const std::vector<Anchor>& anchors,
-                                   double tolerance) {
+std::size_t Atlas::variables(std::size_t segment) const {
+    const std::size_t rods = content_.middle.size() - content_.first_rod[segment];
+    return rods + (segment > 0 ? content_.direction.size() : 0);
+}
+
+void Atlas::fill_variables(std::size_t segment, const std::vector<limb::RodAtPressure>& rods, const Matrix3* footing,
+                           double* to) const {
+    const auto lengths = [&](int from, int end) {
+        for (int i = from; i < end; ++i, to += together)
+            *to = content_.scale[i] > 0.0 ? (rods[i].rest_length - content_.middle[i]) / content_.scale[i] : 0.0;
+    };
+    lengths(content_.first_rod[segment], content_.first_rod[segment + 1]);
+    if (segment > 0 && !content_.direction.empty())
+        for (int c = 0; c < 3; ++c, to += together)
+            *to = footing->col(c).dot(Eigen::Map<const Vector3>(content_.direction.data()));
+    lengths(content_.first_rod[segment + 1], content_.first_rod.back());
+}
+
+void Atlas::fill_terms(const Sheet& sheet, const double* variables, double* terms) const {
+    for (int i = 0; i < together; ++i) terms[i] = 1.0;
+    for (std::size_t k = 0; k < sheet.earlier.size(); ++k) {
+        const double *earlier = terms + together * sheet.earlier[k], *by = variables + together * sheet.variable[k];
+        double* term = terms + together * (k + 1);
+        for (int i = 0; i < together; ++i) term[i] = earlier[i] * by[i];
+    }
+}
+
+std::optional<Atlas> Atlas::fitted(const limb::Geometry& geometry, const std::vector<Anchor>& anchors, double tolerance,
+                                   const limb::Mesh* mesh) {
     if (anchors.empty()) return std::nullopt;
     // More terms than this cost more time than the better start saves.
-    constexpr std::size_t most_terms = 128;
-    const std::size_t most = std::min(most_terms, anchors.size() / 2), rods = geometry.rods();
+    constexpr std::size_t most_terms = 360;
+    const std::size_t most = std::min(most_terms, anchors.size() / 3), count = anchors.size();
     Content content;
-    std::vector<int> segment;
-    for (int j = 0; j < geometry.plates(); ++j) segment.insert(segment.end(), geometry.segments[j].rods.size(), j);
-    for (std::size_t i = 0; i < rods; ++i) {
+    content.direction = direction_of(geometry, anchors.front().scene);
+    content.first_rod.push_back(0);
+    for (const limb::Segment& segment : geometry.segments)
+        content.first_rod.push_back(content.first_rod.back() + static_cast<int>(segment.rods.size()));
+    for (int i = 0; i < geometry.rods(); ++i) {
         double low = anchors.front().scene.rods[i].rest_length, high = low;
         for (const Anchor& anchor : anchors) {
             low = std::min(low, anchor.scene.rods[i].rest_length);
@@ -123,72 +167,98 @@ std::optional<Atlas> Atlas::fitted(const limb::Geometry& geometry, const std::ve
         }
         content.middle.push_back(0.5 * (low + high)), content.scale.push_back(0.5 * (high - low));
     }
-    constexpr struct {
-        int degree, own;
-    } choices[] = {{3, 4}, {3, 3}, {2, 3}, {2, 2}, {1, 2}, {1, 1}};
-    for (const auto [degree, own] : choices) {
-        content.powers = terms_of(content.scale, segment, degree, own);
-        if (content.powers.size() <= most * rods) break;
-        content.powers.clear();
-    }
-    if (content.powers.empty()) return std::nullopt;
-    content.mesh = mesh_of(anchors, tolerance);
+    content.mesh = mesh ? *mesh : mesh_of(anchors, tolerance);
     // Rods that need so many pieces, as those under strong tension, would make room for them in every lane.
     constexpr int most_elements = 12;
     if (*std::max_element(content.mesh.elements.begin(), content.mesh.elements.end()) > most_elements)
         return std::nullopt;
-    const std::size_t outputs = outputs_of(content.mesh, geometry.segments.size());
-    const std::size_t terms = content.powers.size() / rods;
-    content.coefficients.resize(terms * outputs);
-    Atlas atlas(std::move(content));
+    const int segments = geometry.plates();
+    for (int j = 0; j < segments; ++j) {
+        std::vector<bool> varies;
+        const auto lengths = [&](int from, int end) {
+            for (int i = from; i < end; ++i) varies.push_back(content.scale[i] > 0.0);
+        };
+        lengths(content.first_rod[j], content.first_rod[j + 1]);
+        if (j > 0) varies.insert(varies.end(), content.direction.size(), true);
+        const int own = static_cast<int>(varies.size());
+        lengths(content.first_rod[j + 1], content.first_rod.back());
+        constexpr struct {
+            int degree, own;
+        } choices[] = {{3, 5}, {3, 4}, {3, 3}, {2, 4}, {2, 3}, {2, 2}, {1, 2}, {1, 1}};
+        Sheet sheet;
+        for (const auto [degree, own_degree] : choices) {
+            sheet = terms_of(static_cast<int>(varies.size()), own, degree, own_degree, varies);
+            if (sheet.terms() <= most) break;
+        }
+        if (sheet.terms() > most) return std::nullopt;
+        content.sheets.push_back(std::move(sheet));
+    }
 
-    Eigen::MatrixXd at(anchors.size(), terms), values(anchors.size(), outputs);
-    Room room;
-    room.terms.resize(together * terms);
-    for (std::size_t k = 0; k < anchors.size(); ++k) {
-        atlas.fill_terms(anchors[k].scene.rods, room, room.terms.data());
-        for (std::size_t term = 0; term < terms; ++term) at(k, term) = room.terms[together * term];
-        values.row(k) = described(geometry, anchors[k], atlas.mesh(), outputs);
+    const Atlas terms_only(content);
+    std::vector<limb::Shape> on_mesh;
+    if (!mesh)
+        for (const Anchor& anchor : anchors)
+            on_mesh.push_back(limb::on_mesh(geometry, anchor.scene, anchor.shape, content.mesh));
+    std::vector<double> variables, terms;
+    for (int j = 0; j < segments; ++j) {
+        Sheet& sheet = content.sheets[j];
+        const auto size = static_cast<Eigen::Index>(sheet.terms());
+        const auto outputs = static_cast<Eigen::Index>(
+            outputs_of(content.mesh, content.first_rod[j], content.first_rod[j + 1]));
+        Eigen::MatrixXd at(size, count), values(outputs, count);
+        variables.resize(together * terms_only.variables(j)), terms.resize(together * sheet.terms());
+        for (std::size_t k = 0; k < count; ++k) {
+            const limb::Shape& shape = mesh ? anchors[k].shape : on_mesh[k];
+            const Matrix3* footing = j > 0 ? &shape.plates[j - 1].rotation : nullptr;
+            terms_only.fill_variables(j, anchors[k].scene.rods, footing, variables.data());
+            terms_only.fill_terms(sheet, variables.data(), terms.data());
+            for (Eigen::Index term = 0; term < size; ++term) at(term, k) = terms[together * term];
+            describe(geometry, shape, j, content.first_rod[j], values.col(static_cast<Eigen::Index>(k)));
+        }
+        // Least squares by the normal equations, with a pull to zero too small to be seen in a start: terms may be
+        // nearly alike, as those of a direction's three components are.
+        Eigen::MatrixXd normal = at * at.transpose();
+        normal.diagonal().array() += 1e-9 * static_cast<double>(count);
+        const Eigen::MatrixXd right = at * values.transpose();
+        const Eigen::MatrixXd found = normal.llt().solve(right);
+        if (!found.allFinite()) return std::nullopt;
+        sheet.coefficients.resize(static_cast<std::size_t>(size * outputs));
+        using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+        Eigen::Map<Rows>(sheet.coefficients.data(), size, outputs) = found;
     }
-    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    Content fitted = atlas.content();
-    Eigen::Map<Rows>(fitted.coefficients.data(), terms, outputs) = at.colPivHouseholderQr().solve(values);
-    return Atlas(std::move(fitted));
-}
-
-void Atlas::fill_terms(const std::vector<limb::RodAtPressure>& rods, Room& room, double* terms) const {
-    constexpr std::size_t most_powers = 8;
-    room.powers.resize(rods.size() * most_powers);
-    for (std::size_t i = 0; i < rods.size(); ++i) {
-        const double x = content_.scale[i] > 0.0 ? (rods[i].rest_length - content_.middle[i]) / content_.scale[i] : 0.0;
-        double* power = room.powers.data() + most_powers * i;
-        power[0] = 1.0;
-        for (int d = 1; d <= degree_[i]; ++d) power[d] = x * power[d - 1];
-    }
-    const int* power = content_.powers.data();
-    for (std::size_t k = 0; k < terms_; ++k) {
-        double term = 1.0;
-        for (std::size_t i = 0; i < rods.size(); ++i, ++power)
-            if (*power > 0) term *= room.powers[most_powers * i + *power];
-        terms[together * k] = term;
-    }
+    return Atlas(std::move(content));
 }
 
 void Atlas::starts(const limb::Geometry& geometry, const std::vector<limb::RodAtPressure>* const* rods, int count,
                    Room& room) const {
-    const std::size_t padded = panel_count_ * together;
-    room.terms.resize(together * terms_), room.outputs.resize(together * padded);
-    for (int i = 0; i < together; ++i) fill_terms(*rods[std::min(i, count - 1)], room, room.terms.data() + i);
-    rod::lanes::kernel().combine(panels_.data(), static_cast<int>(terms_), static_cast<int>(panel_count_),
-                                 room.terms.data(), room.outputs.data());
-    for (int i = 0; i < count; ++i) {
-        room.numbers[i].resize(limb::numbers_of(geometry, mesh()));
-        decode(geometry, room.outputs.data() + padded * i, room, room.numbers[i].data());
+    for (int i = 0; i < count; ++i) room.numbers[i].resize(limb::numbers_of(geometry, mesh()));
+    for (std::size_t j = 0; j < content_.sheets.size(); ++j) {
+        const Sheet& sheet = content_.sheets[j];
+        const std::size_t padded = panels_[j].count * together;
+        room.variables.resize(together * variables(j)), room.terms.resize(together * sheet.terms());
+        room.outputs.resize(together * padded);
+        for (int i = 0; i < together; ++i) {
+            const int limb = std::min(i, count - 1);
+            Matrix3 footing;
+            if (j > 0) footing = Eigen::Map<const Matrix3>(room.numbers[limb].data() + 12 * (j - 1) + 3);
+            fill_variables(j, *rods[limb], &footing, room.variables.data() + i);
+        }
+        fill_terms(sheet, room.variables.data(), room.terms.data());
+        rod::lanes::kernel().combine(panels_[j].numbers.data(), static_cast<int>(sheet.terms()),
+                                     static_cast<int>(panels_[j].count), room.terms.data(), room.outputs.data());
+        for (int i = 0; i < count; ++i)
+            decode(geometry, static_cast<int>(j), room.outputs.data() + padded * i, room.numbers[i].data());
     }
 }
 
-void Atlas::decode(const limb::Geometry& geometry, const double* from, Room& room, double* numbers) const {
-    const auto pose = [&](const Pose& foot) {
+void Atlas::decode(const limb::Geometry& geometry, int segment, const double* from, double* numbers) const {
+    Pose foot;
+    if (segment > 0) {
+        const double* before = numbers + 12 * (segment - 1);
+        foot.position = Eigen::Map<const Vector3>(before), foot.rotation = Eigen::Map<const Matrix3>(before + 3);
+        foot.position += geometry.segments[segment - 1].plate_thickness * foot.rotation.col(2);
+    }
+    const auto pose = [&](double*& to) {
         const Vector3 tangent = Eigen::Map<const Vector3>(from + 6).normalized();
         const Vector3 director = Eigen::Map<const Vector3>(from + 3);
         const Vector3 across = (director - director.dot(tangent) * tangent).normalized();
@@ -196,23 +266,19 @@ void Atlas::decode(const limb::Geometry& geometry, const double* from, Room& roo
         rotation << across, tangent.cross(across), tangent;
         const Pose found = foot * Pose{Eigen::Map<const Vector3>(from), rotation};
         from += pose_numbers;
-        Eigen::Map<Vector3>{numbers} = found.position;
-        Eigen::Map<Matrix3>{numbers + 3} = found.rotation;
-        numbers += 12;
-        return found;
+        Eigen::Map<Vector3>{to} = found.position;
+        Eigen::Map<Matrix3>{to + 3} = found.rotation;
+        to += 12;
     };
-    room.plates.resize(geometry.plates());
-    for (int j = 0; j < geometry.plates(); ++j) room.plates[j] = pose(geometry.footing(j, room.plates));
-    std::size_t i = 0;
-    for (int j = 0; j < geometry.plates(); ++j) {
-        const Pose foot = geometry.footing(j, room.plates);
-        for (std::size_t k = 0; k < geometry.segments[j].rods.size(); ++k, ++i) {
-            for (int e = 1; e < mesh().elements[i]; ++e) pose(foot);
-            for (int e = 0; e < mesh().elements[i]; ++e) {
-                Eigen::Map<Vector3>{numbers} = foot.rotation * Eigen::Map<const Vector3>(from);
-                Eigen::Map<Vector3>{numbers + 3} = foot.rotation * Eigen::Map<const Vector3>(from + 3);
-                numbers += wrench_numbers, from += wrench_numbers;
-            }
+    double* plate = numbers + 12 * segment;
+    pose(plate);
+    for (int i = content_.first_rod[segment]; i < content_.first_rod[segment + 1]; ++i) {
+        double* to = numbers + rod_at_[i];
+        for (int e = 1; e < mesh().elements[i]; ++e) pose(to);
+        for (int e = 0; e < mesh().elements[i]; ++e) {
+            Eigen::Map<Vector3>{to} = foot.rotation * Eigen::Map<const Vector3>(from);
+            Eigen::Map<Vector3>{to + 3} = foot.rotation * Eigen::Map<const Vector3>(from + 3);
+            to += wrench_numbers, from += wrench_numbers;
         }
     }
 }
