@@ -82,6 +82,12 @@ Atlas::Sheet terms_of(int variables, int own, int degree, int own_degree, const 
     return sheet;
 }
 
+bool is_on(const limb::Mesh& mesh, const limb::Shape& shape) {
+    for (std::size_t i = 0; i < shape.rods.size(); ++i)
+        if (shape.rods[i].elements() != mesh.elements[i]) return false;
+    return true;
+}
+
 /// Of the loads that do not turn with the limb, all together; where they cancel, of the first one.
 std::vector<double> direction_of(const limb::Geometry& geometry, const limb::Scene& scene) {
     std::vector<Vector3> loads{Vector3::Zero()};
@@ -195,10 +201,11 @@ std::optional<Atlas> Atlas::fitted(const limb::Geometry& geometry, const std::ve
     }
 
     const Atlas terms_only(content);
-    std::vector<limb::Shape> on_mesh;
-    if (!mesh)
-        for (const Anchor& anchor : anchors)
-            on_mesh.push_back(limb::on_mesh(geometry, anchor.scene, anchor.shape, content.mesh));
+    std::vector<limb::Shape> shapes;
+    for (const Anchor& anchor : anchors)
+        shapes.push_back(is_on(content.mesh, anchor.shape)
+                             ? anchor.shape
+                             : limb::on_mesh(geometry, anchor.scene, anchor.shape, content.mesh));
     std::vector<double> variables, terms;
     for (int j = 0; j < segments; ++j) {
         Sheet& sheet = content.sheets[j];
@@ -208,7 +215,7 @@ std::optional<Atlas> Atlas::fitted(const limb::Geometry& geometry, const std::ve
         Eigen::MatrixXd at(size, count), values(outputs, count);
         variables.resize(together * terms_only.variables(j)), terms.resize(together * sheet.terms());
         for (std::size_t k = 0; k < count; ++k) {
-            const limb::Shape& shape = mesh ? anchors[k].shape : on_mesh[k];
+            const limb::Shape& shape = shapes[k];
             const Matrix3* footing = j > 0 ? &shape.plates[j - 1].rotation : nullptr;
             terms_only.fill_variables(j, anchors[k].scene.rods, footing, variables.data());
             terms_only.fill_terms(sheet, variables.data(), terms.data());

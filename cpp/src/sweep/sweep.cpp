@@ -105,10 +105,6 @@ private:
         const double* pressures = pressures_of(row);
         if (!put_at_pressures(row, posture_.scene)) return;
         posture_.solution = solve_row(job_.geometry, posture_.scene, options_, start_of_row(pressures));
-        if (job_.solutions) {
-            (*job_.solutions)[row] = std::move(posture_.solution);
-            return;
-        }
         finish(row);
         if (job_.options.ordered && posture_.solution.status == SolveStatus::converged)
             trail_.add(pressures, std::move(posture_.solution.shape));
@@ -132,6 +128,10 @@ private:
 
     /// Says what there is to say of the posture, and hands it out.
     void finish(std::int64_t row) {
+        if (job_.solutions) {
+            (*job_.solutions)[row] = posture_.solution;
+            return;
+        }
         std::string message = posture_.solution.message;
         limb::Clearance nearest;
         if (posture_.solution.status == SolveStatus::converged) {
@@ -350,22 +350,34 @@ std::optional<Atlas> survey(const limb::Geometry& geometry, const Members& membe
                             const SweepOptions& options, const double* pressures, std::int64_t rows, const Tick& tick) {
     for (const limb::Hold& hold : scene.holds)
         if (hold.any()) return std::nullopt;
-    std::vector<limb::Solution> solutions(rows);
-    Job job{geometry, members, scene, options, pressures, rows, nullptr};
-    job.solutions = &solutions;
-    std::vector<RowMessage> messages;
-    run(job, messages, tick);
-    if (job.stop) return std::nullopt;
     std::vector<Anchor> anchors;
-    for (std::int64_t row = 0; row < rows; ++row) {
-        limb::Solution& solution = solutions[row];
-        if (solution.status != SolveStatus::converged || !solution.stable) continue;
-        if (solution.second_posture) return std::nullopt;
-        Anchor anchor{scene, std::move(solution.shape)};
-        members.at_pressures(pressures + row * members.actuators(), options.model, options.valve, anchor.scene.rods);
-        anchors.push_back(std::move(anchor));
-    }
-    return Atlas::fitted(geometry, anchors, options.tolerance);
+    // Solves rows and adds them to the anchors; false where the survey must end.
+    const auto add = [&](std::int64_t first, std::int64_t end, const Atlas* atlas) {
+        const double* from = pressures + first * members.actuators();
+        SweepOptions with = options;
+        with.atlas = atlas;
+        std::vector<limb::Solution> solutions(end - first);
+        Job job{geometry, members, scene, with, from, end - first, nullptr};
+        job.solutions = &solutions;
+        std::vector<RowMessage> messages;
+        run(job, messages, [&](std::int64_t done) { return tick(first + done); });
+        if (job.stop) return false;
+        for (std::int64_t row = 0; row < end - first; ++row) {
+            limb::Solution& solution = solutions[row];
+            if (solution.status != SolveStatus::converged || !solution.stable) continue;
+            if (solution.second_posture) return false;
+            Anchor anchor{scene, std::move(solution.shape)};
+            members.at_pressures(from + row * members.actuators(), options.model, options.valve, anchor.scene.rods);
+            anchors.push_back(std::move(anchor));
+        }
+        return true;
+    };
+    const std::int64_t from_nothing = std::min(rows, surveyed_from_nothing);
+    if (!add(0, from_nothing, nullptr)) return std::nullopt;
+    std::optional<Atlas> atlas = Atlas::fitted(geometry, anchors, options.tolerance);
+    if (!atlas || from_nothing == rows) return atlas;
+    if (!add(from_nothing, rows, &*atlas)) return std::nullopt;
+    return Atlas::fitted(geometry, anchors, options.tolerance, &atlas->mesh());
 }
 
 }  // namespace softlimb::sweep

@@ -36,7 +36,8 @@ _BLOCK_SECONDS = 0.5  # rows that are solved between two visits to the table: wh
 _MOST_IN_BLOCK = 32768  # rows, some twenty megabytes
 _MOST_IN_CHUNK = 1024  # rows that travel to a worker and back together, half a megabyte
 _LONG = 2048  # rows from which on some are solved first, so that the others start near their answers
-_ANCHORS = (128, 384)  # at least and at most so many of them, one in sixteen between: one in three is a term of a fit
+import os as _os
+_ANCHORS = (128, int(_os.environ.get('AN','384')))  # at least and at most so many of them, one in sixteen between: one in three is a term of a fit
 _CHUNKS = 64  # into which a short sweep is cut at least, so that many workers have something to do
 
 

@@ -36,8 +36,8 @@ public:
     };
 
     explicit Atlas(Content content);
-    /// Fits the anchors; none where they are too few, or their rods too long for a mesh that all share. With `mesh` the
-    /// anchors' shapes are on it already.
+    /// Fits the anchors; none where they are too few, or their rods too long for a mesh that all share. Without `mesh`
+    /// it is chosen by them.
     static std::optional<Atlas> fitted(const limb::Geometry& geometry, const std::vector<Anchor>& anchors,
                                        double tolerance, const limb::Mesh* mesh = nullptr);
 

@@ -69,7 +69,10 @@ void sweep(const limb::Geometry& geometry, const Members& members, const limb::S
            const SweepOptions& options, const double* pressures, std::int64_t rows, const RowAnswers& answers,
            std::vector<RowMessage>& messages, const Tick& tick);
 
-/// Solves `rows` rows of pressures from nothing and fits an atlas to them. None where an atlas does not serve: too few
+/// Rows of a survey that are solved from nothing; what they lead to serves as start for the others.
+constexpr std::int64_t surveyed_from_nothing = 384;
+
+/// Solves `rows` rows of pressures and fits an atlas to them. None where an atlas does not serve: too few
 /// of them have an answer, the limb is held, or another stable posture was seen, because then a row should say so.
 /// `tick` as above; none after a stop.
 std::optional<Atlas> survey(const limb::Geometry& geometry, const Members& members, const limb::Scene& scene,
