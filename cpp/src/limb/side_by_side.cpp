@@ -105,15 +105,17 @@ SideBySide::SideBySide(const Geometry& geometry, const Scene& scene, const Mesh&
     sections_.resize(rods_.size()), lengths_.resize(rods_.size()), loads_.resize(6 * rods_.size());
 }
 
-void SideBySide::fill(int lane, const Scene& scene, const double* start) {
+void SideBySide::fill(int lane, const Scene& scene, const double* start, const rod::lanes::LaneReport* so_far) {
     for (std::size_t i = 0; i < rods_.size(); ++i) {
         sections_[i] = &scene.rods[i].section, lengths_[i] = scene.rods[i].rest_length;
         const auto [force, moment] = scene.line_load(static_cast<int>(i));
         const double load[6] = {force.x, force.y, force.z, moment.x, moment.y, moment.z};
         std::copy_n(load, 6, loads_.data() + 6 * i);
     }
-    kernel_.limbs.fill(plan_, room_.get(), lane,
-                       {sections_.data(), lengths_.data(), loads_.data(), start, neutral_margin(geometry_, scene)});
+    rod::lanes::LimbStart limb{sections_.data(), lengths_.data(), loads_.data(), start,
+                               neutral_margin(geometry_, scene)};
+    if (so_far) limb.iterations = so_far->iterations, limb.asked_again = so_far->asked_again;
+    kernel_.limbs.fill(plan_, room_.get(), lane, limb);
 }
 
 }  // namespace softlimb::limb

@@ -144,55 +144,61 @@ private:
 
     // --- side by side ---
 
-    /// A row and where it starts.
+    /// A row on its way.
     struct Lane {
-        std::int64_t row = -1;  // none
+        std::int64_t row = -1;
         limb::Scene scene;
-        std::vector<double> start;
+        std::vector<Pose> start;     // plates that it began with
+        std::vector<double> numbers;  // of its shape now
+        rod::lanes::LaneReport report{};
     };
 
+    /// Rounds of limbs that have as many behind them, none or some: all want the same passes then.
     void run_side_by_side(const Atlas& atlas) {
         limb::SideBySide limbs(job_.geometry, job_.scene, atlas.mesh(), job_.options.tolerance);
-        std::vector<Lane> lanes(limbs.width()), block(Atlas::together);
-        for (std::vector<Lane>* all : {&lanes, &block})
+        const std::size_t width = limbs.width();
+        std::vector<Lane> lanes(width), fresh(Atlas::together), begun(2 * width);
+        for (std::vector<Lane>* all : {&lanes, &fresh, &begun})
             for (Lane& lane : *all) lane.scene = job_.scene;
-        std::size_t ready = 0;  // of the block, those that wait for a lane
+        std::size_t ready = 0, waiting = 0;  // of the fresh ones, and of those begun
         while (!job_.stop) {
-            bool working = false;
-            for (int i = 0; i < limbs.width(); ++i) {
-                Lane& lane = lanes[i];
-                if (lane.row < 0 && (ready > 0 || prepare(atlas, block, ready))) {
-                    std::swap(lane, block[--ready]);
-                    limbs.fill(i, lane.scene, lane.start.data());
-                }
-                working = working || lane.row >= 0;
+            const bool go_on = waiting >= width || !(ready > 0 || prepare(atlas, fresh, ready));
+            std::size_t here = 0;
+            for (; here < width && (go_on ? waiting > 0 : ready > 0 || prepare(atlas, fresh, ready)); ++here) {
+                Lane& lane = lanes[here];
+                std::swap(lane, go_on ? begun[--waiting] : fresh[--ready]);
+                limbs.fill(static_cast<int>(here), lane.scene, lane.numbers.data(), go_on ? &lane.report : nullptr);
             }
-            if (!working) return;
+            if (here == 0) return;
             limbs.round();
-            for (int i = 0; i < limbs.width(); ++i) {
+            for (std::size_t i = 0; i < here; ++i) {
                 Lane& lane = lanes[i];
-                if (lane.row < 0 || limbs.report(i).status == rod::lanes::LaneStatus::running) continue;
+                lane.report = limbs.report(static_cast<int>(i));
+                limbs.take(static_cast<int>(i), lane.numbers.data());
+                if (lane.report.status == rod::lanes::LaneStatus::running) {
+                    std::swap(lane, begun[waiting++]);
+                    continue;
+                }
                 const auto settle = [&] {
-                    if (!accept(limbs, i, atlas.mesh(), lane))
+                    if (!accept(atlas.mesh(), lane))
                         posture_.solution = solve_row(job_.geometry, posture_.scene, options_, nullptr);
                     finish(lane.row);
                     return true;
                 };
                 if (!guarded(lane.row, settle)) return;
-                lane.row = -1;
             }
         }
     }
 
     /// Takes rows and finds their starts; those that an actuator refuses are done. False where there are no more.
-    bool prepare(const Atlas& atlas, std::vector<Lane>& block, std::size_t& ready) {
+    bool prepare(const Atlas& atlas, std::vector<Lane>& fresh, std::size_t& ready) {
         while (ready == 0) {
             const std::int64_t first = job_.next.fetch_add(Atlas::together);
             if (first >= job_.rows) return false;
             for (std::int64_t row = first; row < std::min<std::int64_t>(first + Atlas::together, job_.rows); ++row) {
-                block[ready].row = row;
+                fresh[ready].row = row;
                 const auto put = [&] {
-                    if (!put_at_pressures(row, block[ready].scene)) return true;
+                    if (!put_at_pressures(row, fresh[ready].scene)) return true;
                     ++ready;
                     return false;
                 };
@@ -200,21 +206,23 @@ private:
             }
         }
         const std::vector<limb::RodAtPressure>* rods[Atlas::together];
-        for (std::size_t i = 0; i < ready; ++i) rods[i] = &block[i].scene.rods;
+        for (std::size_t i = 0; i < ready; ++i) rods[i] = &fresh[i].scene.rods;
         atlas.starts(job_.geometry, rods, static_cast<int>(ready), atlas_room_);
-        for (std::size_t i = 0; i < ready; ++i) std::swap(block[i].start, atlas_room_.numbers[i]);
+        for (std::size_t i = 0; i < ready; ++i) {
+            std::swap(fresh[i].numbers, atlas_room_.numbers[i]);
+            limb::numbers_to_plates(job_.geometry, fresh[i].numbers.data(), fresh[i].start);
+        }
         return true;
     }
 
-    /// Takes a limb out of its lane, as the posture. False where it is no answer that stands by itself.
-    bool accept(limb::SideBySide& limbs, int number, const limb::Mesh& mesh, Lane& lane) {
-        const rod::lanes::LaneReport report = limbs.report(number);
+    /// Makes a limb that was taken out of its lane the posture. False where it is no answer that stands by itself.
+    bool accept(const limb::Mesh& mesh, Lane& lane) {
+        const rod::lanes::LaneReport& report = lane.report;
         std::swap(posture_.scene.rods, lane.scene.rods);
         limb::Solution& solution = posture_.solution;
         solution = {};
-        limb::numbers_to_plates(job_.geometry, lane.start.data(), given_.plates);
-        limbs.take(number, lane.start.data());
-        limb::numbers_to_shape(job_.geometry, mesh, lane.start.data(), solution.shape);
+        limb::numbers_to_shape(job_.geometry, mesh, lane.numbers.data(), solution.shape);
+        given_.plates = lane.start;
         // What is farther away may be another posture than the one that the row leads to.
         constexpr double farthest = 0.5;
         if (report.status != rod::lanes::LaneStatus::converged || !report.stable ||

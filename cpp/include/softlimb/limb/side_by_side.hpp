@@ -31,8 +31,9 @@ public:
     SideBySide(const Geometry& geometry, const Scene& scene, const Mesh& mesh, double tolerance);
 
     int width() const { return kernel_.lanes; }
-    /// Puts a limb into a lane: its scene, and the numbers of the shape that it starts from.
-    void fill(int lane, const Scene& scene, const double* start);
+    /// Puts a limb into a lane: its scene, and the numbers of the shape that it starts from. One that was taken while
+    /// it was running goes on with the report that it had.
+    void fill(int lane, const Scene& scene, const double* start, const rod::lanes::LaneReport* so_far = nullptr);
     /// A step of every limb.
     void round() { kernel_.limbs.round(plan_, room_.get()); }
     rod::lanes::LaneReport report(int lane) const { return kernel_.limbs.report(plan_, room_.get(), lane); }

@@ -170,7 +170,7 @@ void fill(const LimbPlan& plan, void* memory, int lane, const LimbStart& start) 
     room.moment_unit.set(lane, moment), room.force_unit.set(lane, force);
     room.neutral.set(lane, start.neutral);
     room.running.set(lane, 1.0), room.converged.set(lane, 0.0), room.failed.set(lane, 0.0), room.stable.set(lane, 0.0);
-    room.asked_again.set(lane, 0.0), room.iterations.set(lane, 0.0);
+    room.asked_again.set(lane, start.asked_again ? 1.0 : 0.0), room.iterations.set(lane, start.iterations);
 }
 
 void take(const LimbPlan& plan, void* memory, int lane, double* state) {
@@ -188,7 +188,7 @@ LaneReport report(const LimbPlan&, const void* memory, int lane) {
                               : room.running.get(lane) > 0.0 ? LaneStatus::running
                                                              : LaneStatus::empty;
     return {status, room.stable.get(lane) > 0.0, static_cast<int>(room.iterations.get(lane)), room.residual.get(lane),
-            room.error.get(lane)};
+            room.error.get(lane), room.asked_again.get(lane) > 0.0};
 }
 
 // --- Balance of the plates -------------------------------------------------------------------------------------

@@ -608,20 +608,40 @@ void linearise(const Start* starts, const Linear* out, int count, int steps, Loa
     }
 }
 
+/// Sums of `panels_here` panels, whose rows begin at `row` and are `stride` apart, beside each other: a weight is read
+/// once for all.
+template <int panels_here>
+SOFTLIMB_ALWAYS_INLINE void combine_some(const double* row, std::ptrdiff_t stride, int count, const double* weights,
+                                         double* sums, std::ptrdiff_t sum_stride) {
+    Pack sum[panels_here][combined];
+    for (auto& of_panel : sum)
+        for (Pack& p : of_panel) p = Pack(0.0);
+    for (int k = 0; k < count; ++k) {
+        Pack numbers[panels_here];
+        for (int i = 0; i < panels_here; ++i) numbers[i] = load_some(row + stride * i + combined * k, W);
+        for (int j = 0; j < combined; ++j) {
+            const Pack weight(weights[combined * k + j]);
+            for (int i = 0; i < panels_here; ++i) sum[i][j] = sum[i][j] + weight * numbers[i];
+        }
+    }
+    for (int i = 0; i < panels_here; ++i)
+        for (int j = 0; j < combined; ++j) store_some(sums + sum_stride * j + combined * i, sum[i][j], W);
+}
+
 void combine(const double* panels, int count, int panel_count, const double* weights, double* sums) {
     static_assert(combined % W == 0);
-    for (int panel = 0; panel < panel_count; ++panel)
-        for (int part = 0; part < combined; part += W) {
-            const double* row = panels + static_cast<std::ptrdiff_t>(combined) * count * panel + part;
-            Pack sum[combined];
-            for (Pack& p : sum) p = Pack(0.0);
-            for (int k = 0; k < count; ++k) {
-                const Pack numbers = load_some(row + combined * k, W);
-                for (int i = 0; i < combined; ++i) sum[i] = sum[i] + Pack(weights[combined * k + i]) * numbers;
-            }
-            for (int i = 0; i < combined; ++i)
-                store_some(sums + static_cast<std::ptrdiff_t>(combined) * (panel_count * i + panel) + part, sum[i], W);
-        }
+    constexpr int beside = W == 8 ? 3 : 1;  // as many as the registers hold
+    const std::ptrdiff_t stride = static_cast<std::ptrdiff_t>(combined) * count;
+    const std::ptrdiff_t sum_stride = static_cast<std::ptrdiff_t>(combined) * panel_count;
+    for (int part = 0; part < combined; part += W) {
+        int panel = 0;
+        for (; panel + beside <= panel_count; panel += beside)
+            combine_some<beside>(panels + stride * panel + part, stride, count, weights, sums + combined * panel + part,
+                                 sum_stride);
+        for (; panel < panel_count; ++panel)
+            combine_some<1>(panels + stride * panel + part, stride, count, weights, sums + combined * panel + part,
+                            sum_stride);
+    }
 }
 
 #include "chains.ipp"

@@ -175,6 +175,9 @@ SOFTLIMB_ALWAYS_INLINE Pack yes(Mask m) { return select(m, Pack(1.0), Pack(0.0))
 SOFTLIMB_ALWAYS_INLINE Mask is(const Pack& yes_or_no) { return Pack(0.5) < yes_or_no; }
 SOFTLIMB_ALWAYS_INLINE Pack no(const Pack& yes_or_no) { return Pack(1.0) - yes_or_no; }
 
+/// Corrections by the whole step in a round.
+constexpr int most_coarse = 1;
+
 void round(const LimbPlan& plan, void* memory) {
     Room& room = room_in(memory);
     const Pack one(1.0), tolerance(plan.tolerance);
@@ -208,19 +211,20 @@ void round(const LimbPlan& plan, void* memory) {
         changed = changed + select(is(lanes), next.stiffness, Pack(0.0));
         return next;
     };
+    // Half the step errs by a 256th of what the whole one does, the order being eight; a 32nd is believed. A correction
+    // with half the step serves where what it leaves meets the tolerance and what it corrects tells of the integration.
+    constexpr double finer = 32.0;
     Pack left = shrink * last;
-    Pack coarse = close * yes(Pack(0.5) * tolerance < left);
-    for (int pass = 0; pass < 2 && any(coarse); ++pass) {
+    const auto near = [&] { return yes(shrink * left < Pack(0.5) * tolerance) * yes(left < Pack(0.5 * finer) * tolerance); };
+    Pack coarse = close * no(near());
+    for (int pass = 0; pass < most_coarse && any(coarse); ++pass) {
         const Pack error = correct(coarse, 1, Pack(0.5) * last).value(), ratio = error / last;
         shrink = select(is(coarse * yes(shrink < ratio)), ratio, shrink);
         last = select(is(coarse), error, last);
         left = select(is(coarse), shrink * last, left);
-        coarse = coarse * yes(Pack(0.5) * tolerance < left);
+        coarse = coarse * no(near());
     }
-    // Now with half the step. What that corrects is what the whole step errs by; the order being eight, half the step
-    // errs by a 256th of it. A 32nd is believed.
-    constexpr double finer = 32.0;
-    Pack fine = close * yes(left < Pack(0.5) * tolerance);
+    Pack fine = close * near();
     if (any(fine)) {
         const StepSize next = correct(fine, 2, one);
         const Pack error = next.value(), wrong = Pack(1.0 / finer) * error;

@@ -57,6 +57,8 @@ struct LimbStart {
     const double* load;             // per rest length: force and moment, 6 a rod [N/m, N]
     const double* state;            // as LimbPlan::numbers says
     double neutral;                 // eigenvalues below this count as zero [N m]
+    int iterations = 0;             // of a limb that comes back: what its report said
+    bool asked_again = false;
 };
 
 enum class LaneStatus { empty, running, converged, failed };
@@ -69,6 +71,7 @@ struct LaneReport {
     bool stable;
     int iterations;
     double residual, error;  // as in limb::NewtonReport
+    bool asked_again;        // its stiffness is taken once more, to tell whether it is stable
 };
 
 /// Room is `bytes(plan)` bytes, aligned to 64, that belong to the lanes from `open` on.
