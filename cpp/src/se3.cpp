@@ -106,6 +106,14 @@ Vector3 log_so3(const Matrix3& r) {
 
 Matrix3 orthonormalised(const Matrix3& r) { return 1.5 * r - 0.5 * r * (r.transpose() * r); }
 
+Matrix3 rotation_along(const Vector3& director, const Vector3& tangent) {
+    const Vector3 along = tangent.normalized();
+    const Vector3 across = (director - director.dot(along) * along).normalized();
+    Matrix3 rotation;
+    rotation << across, along.cross(across), along;
+    return rotation;
+}
+
 InverseJacobianCoefficient::InverseJacobianCoefficient(double z) {
     if (z < 1.0) {
         // beta = (1 - q)/z, q of `half_cotangent`, by the series of q without its first term.

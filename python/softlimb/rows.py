@@ -147,8 +147,8 @@ def solve_rows(
         rows.status[:] = [INVALID] * len(rows)
         rows.message.update(dict.fromkeys(range(len(rows)), str(error)))
         return rows
-    if atlas is not None and (ordered or not common.from_nothing):
-        raise ValueError("atlas must be None where rows are ordered, have a start, or may be unstable")
+    if atlas is not None and not common.from_nothing:
+        raise ValueError("atlas must be None where rows have a start, or may be unstable")
     status = np.full(len(rows), -1, dtype=np.int8)
     try:
         _core.sweep_rows(

@@ -35,7 +35,7 @@ void check_same(const Shape& found, const Shape& expected) {
 
 CLAIM(rows_along_a_line_lead_the_next_by_a_parabola) {
     const auto geometry = one_segment();
-    sweep::Trail trail(2);
+    sweep::ShapeTrail trail(2);
     // Rows of different distances, and not in their order.
     const std::vector<std::array<double, 2>> rows = {{1.0, 2.0}, {3.0, 2.0}, {2.2, 2.0}};
     for (const auto& row : rows) trail.add(row.data(), shape_at(*geometry, row[0]));
@@ -45,7 +45,7 @@ CLAIM(rows_along_a_line_lead_the_next_by_a_parabola) {
 
 CLAIM(a_row_without_others_behind_it_starts_where_the_nearest_is) {
     const auto geometry = one_segment();
-    sweep::Trail trail(2);
+    sweep::ShapeTrail trail(2);
     const std::array<double, 2> here = {1.0, 0.0}, there = {5.0, 0.0}, aside = {1.5, 1.0}, between = {2.0, 0.0};
     CHECK(trail.start(*geometry, here.data()) == nullptr);
     trail.add(here.data(), shape_at(*geometry, 1.0));
@@ -62,7 +62,7 @@ CLAIM(a_row_without_others_behind_it_starts_where_the_nearest_is) {
 CLAIM(two_rows_lead_straight_on_and_other_meshes_do_not_lead) {
     const auto geometry = one_segment();
     const std::array<double, 2> first = {0.0, 0.0}, second = {1.0, 1.0}, next = {2.0, 2.0};
-    sweep::Trail trail(2);
+    sweep::ShapeTrail trail(2);
     trail.add(first.data(), shape_at(*geometry, 0.0));
     trail.add(second.data(), shape_at(*geometry, 1.0));
     const Shape straight = *trail.start(*geometry, next.data());

@@ -52,6 +52,8 @@ Vector3 log_so3(const Matrix3& r);
 /// One step of Newton's iteration towards the nearest rotation: enough for a product of rotations, which is one to
 /// rounding, and must still be one many products later.
 Matrix3 orthonormalised(const Matrix3& r);
+/// The rotation whose third column is along `tangent`, and whose first is what `director` has across it.
+Matrix3 rotation_along(const Vector3& director, const Vector3& tangent);
 /// Inverse left Jacobian of SO(3): the rotation vector phi of exp(phi) changes by J_l^-1(phi) dtheta when the rotation
 /// is turned by dtheta (outer frame).
 Matrix3 left_jacobian_inverse(const Vector3& phi);

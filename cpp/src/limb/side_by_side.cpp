@@ -70,6 +70,32 @@ void numbers_to_shape(const Geometry& geometry, const Mesh& mesh, const double* 
     attach_rods(geometry, shape);
 }
 
+void shape_to_numbers(const Shape& shape, std::vector<double>& numbers) {
+    numbers.clear();
+    const auto pose = [&](const Pose& p) {
+        numbers.resize(numbers.size() + 12);
+        write_pose(p, numbers.data() + numbers.size() - 12);
+    };
+    for (const Pose& plate : shape.plates) pose(plate);
+    for (const RodShape& rod : shape.rods) {
+        for (int e = 1; e < rod.elements(); ++e) pose(rod.nodes[e]);
+        for (const Vector6& wrench : rod.wrenches) numbers.insert(numbers.end(), wrench.data(), wrench.data() + 6);
+    }
+}
+
+void make_orthonormal(const Geometry& geometry, const Mesh& mesh, double* numbers) {
+    const auto pose = [&] {
+        Eigen::Map<Matrix3> rotation(numbers + 3);
+        rotation = rotation_along(rotation.col(0), rotation.col(2));
+        numbers += 12;
+    };
+    for (int j = 0; j < geometry.plates(); ++j) pose();
+    for (const int elements : mesh.elements) {
+        for (int e = 1; e < elements; ++e) pose();
+        numbers += 6 * elements;
+    }
+}
+
 void SideBySide::Free::operator()(void* room) const { ::operator delete(room, alignment); }
 
 SideBySide::SideBySide(const Geometry& geometry, const Scene& scene, const Mesh& mesh, double tolerance)

@@ -266,11 +266,8 @@ void Atlas::decode(const limb::Geometry& geometry, int segment, const double* fr
         foot.position += geometry.segments[segment - 1].plate_thickness * foot.rotation.col(2);
     }
     const auto pose = [&](double*& to) {
-        const Vector3 tangent = Eigen::Map<const Vector3>(from + 6).normalized();
-        const Vector3 director = Eigen::Map<const Vector3>(from + 3);
-        const Vector3 across = (director - director.dot(tangent) * tangent).normalized();
-        Matrix3 rotation;
-        rotation << across, tangent.cross(across), tangent;
+        const Matrix3 rotation =
+            rotation_along(Eigen::Map<const Vector3>(from + 3), Eigen::Map<const Vector3>(from + 6));
         const Pose found = foot * Pose{Eigen::Map<const Vector3>(from), rotation};
         from += pose_numbers;
         Eigen::Map<Vector3>{to} = found.position;

@@ -1,21 +1,13 @@
 #include "softlimb/sweep/trail.hpp"
 
-#include <algorithm>
 #include <limits>
 
 namespace softlimb::sweep {
 
-void Trail::add(const double* pressures, limb::Shape shape) {
-    if (count_ == rows_.size()) rows_.emplace_back();
-    rows_[count_].pressures = pressures;
-    rows_[count_].shape = std::move(shape);
-    ++count_;
-}
-
-double Trail::behind(const Row& other, const Row& last, const double* pressures) const {
+double Trail::behind(const double* other, const double* last, const double* pressures) const {
     double along = 0.0, back = 0.0, ahead = 0.0;
     for (int i = 0; i < actuators_; ++i) {
-        const double a = last.pressures[i] - other.pressures[i], b = pressures[i] - last.pressures[i];
+        const double a = last[i] - other[i], b = pressures[i] - last[i];
         along += a * b, back += a * a, ahead += b * b;
     }
     // Aside by more than a tenth, or so near that it says little of what comes twice as far ahead.
@@ -25,41 +17,81 @@ double Trail::behind(const Row& other, const Row& last, const double* pressures)
     return steps <= farthest ? steps : 0.0;
 }
 
-const limb::Shape* Trail::start(const limb::Geometry& geometry, const double* pressures) {
-    const Row* last = nullptr;
+std::optional<Trail::Lead> Trail::lead(const double* pressures) const {
+    if (rows_.empty()) return std::nullopt;
+    Lead lead;
     double nearest = std::numeric_limits<double>::infinity();
-    for (std::size_t k = count_; k-- > 0;) {  // of equally near ones the latest
+    for (std::size_t k = rows_.size(); k-- > 0;) {  // of equally near ones the latest
         double square = 0.0;
         for (int i = 0; i < actuators_; ++i) {
-            const double away = pressures[i] - rows_[k].pressures[i];
+            const double away = pressures[i] - rows_[k][i];
             square += away * away;
         }
-        if (square < nearest) nearest = square, last = &rows_[k];
+        if (square < nearest) nearest = square, lead.nearest = k;
     }
-    if (!last) return nullptr;
     // The two nearest behind it.
-    const Row *first = nullptr, *second = nullptr;
     double one = 0.0, two = 0.0;
-    for (std::size_t k = count_; k-- > 0;) {
-        const double steps = behind(rows_[k], *last, pressures);
+    for (std::size_t k = rows_.size(); k-- > 0;) {
+        const double steps = behind(rows_[k], rows_[lead.nearest], pressures);
         if (steps == 0.0) continue;
-        if (!first || steps < one) {
-            second = first, two = one;
-            first = &rows_[k], one = steps;
-        } else if (!second || steps < two) {
-            second = &rows_[k], two = steps;
+        if (lead.others == 0 || steps < one) {
+            lead.other[1] = lead.other[0], two = one;
+            lead.other[0] = k, one = steps;
+            if (lead.others < 2) ++lead.others;
+        } else if (lead.others < 2 || steps < two) {
+            lead.other[1] = k, two = steps;
+            lead.others = 2;
         }
     }
-    if (!first) return &last->shape;
+    if (lead.others == 0) return lead;
+    lead.straight = lead.weight[0] = -1.0 / one;
     // Rows hardly apart would make a parabola of their errors.
-    if (second && two > 1.2 * one) {
+    if (lead.others == 2 && !(two > 1.2 * one)) lead.others = 1;
+    if (lead.others == 2) {
         // Lagrange's weights at 1 of a parabola through 0, -one and -two.
-        const double of_first = -(1.0 + two) / (one * (two - one)), of_second = (1.0 + one) / (two * (two - one));
-        if (limb::extrapolate(geometry, last->shape, {{&first->shape, of_first}, {&second->shape, of_second}}, ahead_))
-            return &ahead_;
+        lead.weight[0] = -(1.0 + two) / (one * (two - one)), lead.weight[1] = (1.0 + one) / (two * (two - one));
     }
-    if (limb::extrapolate(geometry, last->shape, {{&first->shape, -1.0 / one}}, ahead_)) return &ahead_;
-    return &last->shape;
+    return lead;
+}
+
+void ShapeTrail::add(const double* pressures, limb::Shape shape) {
+    if (trail_.size() == shapes_.size()) shapes_.emplace_back();
+    shapes_[trail_.size()] = std::move(shape);
+    trail_.add(pressures);
+}
+
+const limb::Shape* ShapeTrail::start(const limb::Geometry& geometry, const double* pressures) {
+    const std::optional<Trail::Lead> lead = trail_.lead(pressures);
+    if (!lead) return nullptr;
+    const limb::Shape &nearest = shapes_[lead->nearest], &first = shapes_[lead->other[0]],
+                      &second = shapes_[lead->other[1]];
+    if (lead->others == 2 &&
+        limb::extrapolate(geometry, nearest, {{&first, lead->weight[0]}, {&second, lead->weight[1]}}, ahead_))
+        return &ahead_;
+    if (lead->others > 0 && limb::extrapolate(geometry, nearest, {{&first, lead->straight}}, ahead_)) return &ahead_;
+    return &nearest;
+}
+
+void NumberTrail::add(const double* pressures, const std::vector<double>& numbers) {
+    if (trail_.size() == numbers_.size()) numbers_.emplace_back();
+    numbers_[trail_.size()] = numbers;
+    trail_.add(pressures);
+}
+
+bool NumberTrail::start(const limb::Geometry& geometry, const limb::Mesh& mesh, const double* pressures,
+                        std::vector<double>& numbers) const {
+    const std::optional<Trail::Lead> lead = trail_.lead(pressures);
+    if (!lead) return false;
+    const std::vector<double>& nearest = numbers_[lead->nearest];
+    numbers = nearest;
+    if (lead->others == 0) return true;
+    for (int k = 0; k < lead->others; ++k) {
+        const std::vector<double>& other = numbers_[lead->other[k]];
+        const double weight = lead->weight[k];
+        for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] += weight * (other[i] - nearest[i]);
+    }
+    limb::make_orthonormal(geometry, mesh, numbers.data());
+    return true;
 }
 
 }  // namespace softlimb::sweep

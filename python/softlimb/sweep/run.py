@@ -35,9 +35,10 @@ __all__ = ["resume", "sweep"]
 _BLOCK_SECONDS = 0.5  # rows that are solved between two visits to the table: what a killed process loses
 _MOST_IN_BLOCK = 32768  # rows, some twenty megabytes
 _MOST_IN_CHUNK = 1024  # rows that travel to a worker and back together, half a megabyte
+_BESIDE = 8  # chunks of an ordered sweep that a thread may have under way at a time
+_HEADS = (128, 256)  # the same of an ordered sweep, of which only the first row of a chunk starts there
 _LONG = 2048  # rows from which on some are solved first, so that the others start near their answers
-import os as _os
-_ANCHORS = (128, int(_os.environ.get('AN','384')))  # at least and at most so many of them, one in sixteen between: one in three is a term of a fit
+_ANCHORS = (128, 2048)  # at least and at most so many of them, one in sixteen between: one in three is a term of a fit
 _CHUNKS = 64  # into which a short sweep is cut at least, so that many workers have something to do
 
 
@@ -223,9 +224,9 @@ class _Work:
     def _atlas(self, table: Table, ctrl_c: _CtrlC) -> Atlas | None:
         """Where rows start, of a long sweep: from all its rows, so that no row depends on which are missing."""
         pressures = table.columns["pressures"]
-        if self.ordered or len(pressures) < _LONG:
+        if len(pressures) < _LONG:
             return None
-        fewest, most = _ANCHORS
+        fewest, most = _HEADS if self.ordered else _ANCHORS
         anchors = _some_rows(pressures, min(max(len(pressures) // 16, fewest), most))
         threads = self.threads or _all_cores()
         return solver.survey_rows(
@@ -237,7 +238,7 @@ class _Work:
     ) -> None:
         """Neighbouring rows, on the cores of this machine, in blocks that take about half a second."""
         threads = self.threads or _all_cores()
-        size = GROUP * threads
+        size = GROUP * threads * (_BESIDE if atlas is not None else 1)
 
         def tick(done: int) -> bool:
             advance(done - shown_so_far[0])

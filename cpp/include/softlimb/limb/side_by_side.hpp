@@ -23,6 +23,9 @@ std::size_t numbers_of(const Geometry& geometry, const Mesh& mesh);
 /// The plates alone, which come first.
 void numbers_to_plates(const Geometry& geometry, const double* numbers, std::vector<Pose>& plates);
 void numbers_to_shape(const Geometry& geometry, const Mesh& mesh, const double* numbers, Shape& shape);
+void shape_to_numbers(const Shape& shape, std::vector<double>& numbers);
+/// Makes what is nearly a rotation one, in all poses.
+void make_orthonormal(const Geometry& geometry, const Mesh& mesh, double* numbers);
 
 class SideBySide {
 public:
