@@ -78,20 +78,20 @@ void NumberTrail::add(const double* pressures, const std::vector<double>& number
     trail_.add(pressures);
 }
 
-bool NumberTrail::start(const limb::Geometry& geometry, const limb::Mesh& mesh, const double* pressures,
-                        std::vector<double>& numbers) const {
+NumberTrail::Led NumberTrail::start(const limb::Geometry& geometry, const limb::Mesh& mesh, const double* pressures,
+                                    std::vector<double>& numbers) const {
     const std::optional<Trail::Lead> lead = trail_.lead(pressures);
-    if (!lead) return false;
+    if (!lead) return Led::none;
     const std::vector<double>& nearest = numbers_[lead->nearest];
     numbers = nearest;
-    if (lead->others == 0) return true;
+    if (lead->others == 0) return Led::nearest;
     for (int k = 0; k < lead->others; ++k) {
         const std::vector<double>& other = numbers_[lead->other[k]];
         const double weight = lead->weight[k];
         for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] += weight * (other[i] - nearest[i]);
     }
     limb::make_orthonormal(geometry, mesh, numbers.data());
-    return true;
+    return Led::on;
 }
 
 }  // namespace softlimb::sweep

@@ -85,6 +85,8 @@ private:
     bool next_row(const Atlas& atlas, Chain& chain);
     /// Makes a limb that was taken out of its lane the posture. False where it is no answer that stands by itself.
     bool accept(const limb::Mesh& mesh, Lane& lane);
+    /// Where a row of a chain starts: where the rows before it lead, or the atlas.
+    void find_start(const Atlas& atlas, Chain& chain);
     /// A row of a chain that its lane has ended with.
     void settle(const limb::Mesh& mesh, Chain& chain);
 

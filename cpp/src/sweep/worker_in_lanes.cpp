@@ -123,15 +123,29 @@ bool Worker::next_row(const Atlas& atlas, Chain& chain) {
         if (!guarded(row, put)) return false;
         if (!found) continue;
         lane.row = row;
-        if (!chain.trail.start(job_.geometry, atlas.mesh(), pressures_of(row), lane.numbers)) {
-            const std::vector<limb::RodAtPressure>* rods[] = {&lane.scene.rods};
-            atlas.starts(job_.geometry, rods, 1, atlas_room_);
-            lane.numbers = atlas_room_.numbers[0];
-        }
+        find_start(atlas, chain);
         limb::numbers_to_plates(job_.geometry, lane.numbers.data(), lane.start);
         return true;
     }
     return false;
+}
+
+void Worker::find_start(const Atlas& atlas, Chain& chain) {
+    Lane& lane = chain.lane;
+    const NumberTrail::Led led =
+        chain.trail.start(job_.geometry, atlas.mesh(), pressures_of(lane.row), lane.numbers);
+    if (led == NumberTrail::Led::on) return;
+    const std::vector<limb::RodAtPressure>* rods[] = {&lane.scene.rods};
+    atlas.starts(job_.geometry, rods, 1, atlas_room_);
+    const std::vector<double>& found = atlas_room_.numbers[0];
+    if (led == NumberTrail::Led::nearest) {
+        // The atlas errs by some hundredths; where a grid begins a new line, the nearest row is farther away.
+        constexpr double far = 0.1;
+        limb::numbers_to_plates(job_.geometry, lane.numbers.data(), lane.start);
+        limb::numbers_to_plates(job_.geometry, found.data(), given_.plates);
+        if (limb::distance(job_.geometry, {lane.start, {}}, given_) < far) return;
+    }
+    lane.numbers = found;
 }
 
 void Worker::settle(const limb::Mesh& mesh, Chain& chain) {

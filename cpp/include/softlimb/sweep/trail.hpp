@@ -61,9 +61,10 @@ public:
     void clear(int actuators) { trail_ = Trail(actuators); }
     /// `pressures` is looked at until the trail is cleared.
     void add(const double* pressures, const std::vector<double>& numbers);
-    /// False of an empty trail.
-    bool start(const limb::Geometry& geometry, const limb::Mesh& mesh, const double* pressures,
-               std::vector<double>& numbers) const;
+    /// How a start was found: not at all, where the nearest row is, or where others lead on from it.
+    enum class Led { none, nearest, on };
+    Led start(const limb::Geometry& geometry, const limb::Mesh& mesh, const double* pressures,
+              std::vector<double>& numbers) const;
 
 private:
     Trail trail_;

@@ -175,8 +175,8 @@ SOFTLIMB_ALWAYS_INLINE Pack yes(Mask m) { return select(m, Pack(1.0), Pack(0.0))
 SOFTLIMB_ALWAYS_INLINE Mask is(const Pack& yes_or_no) { return Pack(0.5) < yes_or_no; }
 SOFTLIMB_ALWAYS_INLINE Pack no(const Pack& yes_or_no) { return Pack(1.0) - yes_or_no; }
 
-/// Corrections by the whole step in a round.
-constexpr int most_coarse = 1;
+/// Corrections by the whole step in a round, and the most steps in place of one of the linearisation's.
+constexpr int most_coarse = 1, finest = 4;
 
 void round(const LimbPlan& plan, void* memory) {
     Room& room = room_in(memory);
@@ -211,11 +211,13 @@ void round(const LimbPlan& plan, void* memory) {
         changed = changed + select(is(lanes), next.stiffness, Pack(0.0));
         return next;
     };
-    // Half the step errs by a 256th of what the whole one does, the order being eight; a 32nd is believed. A correction
-    // with half the step serves where what it leaves meets the tolerance and what it corrects tells of the integration.
-    constexpr double finer = 32.0;
+    // Half a step errs by a 256th of what the whole one does, the order being eight; a 32nd is believed. A correction
+    // with finer steps serves where what it leaves meets the tolerance and what it corrects tells of the integration.
+    constexpr double believed = 1.0 / 32.0;
     Pack left = shrink * last;
-    const auto near = [&] { return yes(shrink * left < Pack(0.5) * tolerance) * yes(left < Pack(0.5 * finer) * tolerance); };
+    const auto near = [&] {
+        return yes(shrink * left < Pack(0.5) * tolerance) * yes(Pack(2.0 * believed) * left < tolerance);
+    };
     Pack coarse = close * no(near());
     for (int pass = 0; pass < most_coarse && any(coarse); ++pass) {
         const Pack error = correct(coarse, 1, Pack(0.5) * last).value(), ratio = error / last;
@@ -224,19 +226,24 @@ void round(const LimbPlan& plan, void* memory) {
         left = select(is(coarse), shrink * last, left);
         coarse = coarse * no(near());
     }
-    Pack fine = close * near();
-    if (any(fine)) {
-        const StepSize next = correct(fine, 2, one);
-        const Pack error = next.value(), wrong = Pack(1.0 / finer) * error;
+    Pack fine = close * near(), met(0.0), found = room.error;
+    for (int finer = 2; finer <= finest && any(fine); finer *= 2) {
+        const StepSize next = correct(fine, finer, one);
+        const Pack error = next.value(), wrong = Pack(believed) * error;
         left = shrink * error;
         const Pack estimate = select(left < wrong, wrong, left);
-        const Pack met = fine * yes(estimate < tolerance) * yes(shrink * next.wrench < Pack(5.0) * tolerance);
+        const Pack good = fine * yes(estimate < tolerance) * yes(shrink * next.wrench < Pack(5.0) * tolerance);
+        found = select(is(good), estimate, found);
+        met = met + good;
+        fine = fine * no(good) * yes(left < tolerance);  // where the integration is at fault
+    }
+    if (any(met)) {
         // Where the stiffness has changed too much since it was taken to tell, it is taken once more.
         const Pack stable = surely_stable(plan, room, Pack(share_of_change) * changed);
         const Pack done = met * select(is(stable), one, room.asked_again);
         room.stable = select(is(done), stable, room.stable);
         room.asked_again = select(is(met), one, room.asked_again);
-        room.error = select(is(done), estimate, room.error);
+        room.error = select(is(done), found, room.error);
         room.converged = select(is(done), one, room.converged);
         room.running = room.running * no(done);
     }
