@@ -98,10 +98,12 @@ void make_orthonormal(const Geometry& geometry, const Mesh& mesh, double* number
 
 void SideBySide::Free::operator()(void* room) const { ::operator delete(room, alignment); }
 
-SideBySide::SideBySide(const Geometry& geometry, const Scene& scene, const Mesh& mesh, double tolerance)
+SideBySide::SideBySide(const Geometry& geometry, const Scene& scene, const Mesh& mesh, double tolerance,
+                       int corrections)
     : geometry_(geometry), kernel_(rod::lanes::kernel()) {
     using rod::lanes::Loads;
     plan_.length = geometry.length, plan_.tolerance = tolerance, plan_.following = scene.following;
+    plan_.corrections = corrections;
     std::size_t number = 0;
     bool moments = false, forces = !scene.gravity.isZero(0.0);
     for (int j = 0; j < geometry.plates(); ++j) {

@@ -73,7 +73,8 @@ bool Worker::prepare(const Atlas& atlas, std::vector<Lane>& fresh, std::size_t& 
 
 /// Chunks side by side, a chunk a lane, each row when the one before it is done.
 void Worker::run_chains(const Atlas& atlas) {
-    limb::SideBySide limbs(job_.geometry, job_.scene, atlas.mesh(), job_.options.tolerance);
+    constexpr int corrections = 0;
+    limb::SideBySide limbs(job_.geometry, job_.scene, atlas.mesh(), job_.options.tolerance, corrections);
     std::vector<Chain> chains(limbs.width());
     for (Chain& chain : chains) chain.lane.scene = job_.scene;
     while (!job_.stop) {

@@ -30,8 +30,9 @@ void make_orthonormal(const Geometry& geometry, const Mesh& mesh, double* number
 class SideBySide {
 public:
     /// The loads of `scene` are those of all limbs, its sections and rest lengths are not looked at. It must not hold
-    /// any plate. Works with the kernel that is in use now.
-    SideBySide(const Geometry& geometry, const Scene& scene, const Mesh& mesh, double tolerance);
+    /// any plate. `corrections` by the stiffness at hand follow every step, for all lanes if one wants them: they serve
+    /// where most starts are some way off. Works with the kernel that is in use now.
+    SideBySide(const Geometry& geometry, const Scene& scene, const Mesh& mesh, double tolerance, int corrections = 1);
 
     int width() const { return kernel_.lanes; }
     /// Puts a limb into a lane: its scene, and the numbers of the shape that it starts from. One that was taken while

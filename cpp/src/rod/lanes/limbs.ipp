@@ -19,9 +19,8 @@ struct Piece {
 };
 
 struct Rod {
-    LaneCompliances k;
-    Pack length, rest_length;  // of a piece; of the rod
-    LineLoad<Pack> load;
+    Material material;  // of its pieces
+    Pack rest_length;
     V base_arm, end_arm;  // of its ends from the plates' origins
     Frame* node;          // elements + 1
     Pair* move;           // elements + 1
@@ -112,13 +111,13 @@ void open(const LimbPlan& plan, void* memory) {
     for (int j = 0; j < plan.plates; ++j) room.plate[j].pose = fixed(upright);
     for (int i = 0; i < plan.rods; ++i) {
         Rod& rod = room.rod[i];
-        rod.k.degree = 0;
-        rod.k.unit = rod.k.shear = rod.k.bending = rod.k.torsion = Pack(1.0);
-        rod.k.coupling = rod.k.rest_twist = rod.k.centre = rod.k.per_range = Pack(0.0);
-        rod.k.half_range = Pack(1e300);
-        for (Pack& c : rod.k.coefficient) c = Pack(0.0);
-        rod.length = rod.rest_length = Pack(1.0);
-        rod.load = {no_pair().first, no_pair().first};
+        rod.material.k.degree = 0;
+        rod.material.k.unit = rod.material.k.shear = rod.material.k.bending = rod.material.k.torsion = Pack(1.0);
+        rod.material.k.coupling = rod.material.k.rest_twist = rod.material.k.centre = rod.material.k.per_range = Pack(0.0);
+        rod.material.k.half_range = Pack(1e300);
+        for (Pack& c : rod.material.k.coefficient) c = Pack(0.0);
+        rod.material.length = rod.rest_length = Pack(1.0);
+        rod.material.load = {no_pair().first, no_pair().first};
         for (int e = 0; e <= plan.rod[i].elements; ++e) rod.node[e] = fixed(upright);
         for (int e = 0; e < plan.rod[i].elements; ++e) rod.piece[e].wrench = no_pair();
         rod.node[0] = fixed(plan.rod[i].base);
@@ -127,7 +126,6 @@ void open(const LimbPlan& plan, void* memory) {
     attach(plan, room);
 }
 
-void set(V& v, int lane, const double* x) { v.x.set(lane, x[0]), v.y.set(lane, x[1]), v.z.set(lane, x[2]); }
 void set(Frame& f, int lane, const double* x) {
     set(f.position, lane, x);
     for (int c = 0; c < 3; ++c) set(f.axis[c], lane, x + 3 + 3 * c);
@@ -154,11 +152,11 @@ void fill(const LimbPlan& plan, void* memory, int lane, const LimbStart& start) 
     for (int i = 0; i < plan.rods; ++i) {
         Rod& rod = room.rod[i];
         const Section& section = *start.section[i];
-        if (section.axial_law.degree > rod.k.degree) rod.k.degree = section.axial_law.degree;
-        rod.k.put(lane, section);
+        if (section.axial_law.degree > rod.material.k.degree) rod.material.k.degree = section.axial_law.degree;
+        rod.material.k.put(lane, section);
         const double l = start.rest_length[i];
-        rod.rest_length.set(lane, l), rod.length.set(lane, l / plan.rod[i].elements);
-        set(rod.load.force, lane, start.load + 6 * i), set(rod.load.moment, lane, start.load + 6 * i + 3);
+        rod.rest_length.set(lane, l), rod.material.length.set(lane, l / plan.rod[i].elements);
+        set(rod.material.load.force, lane, start.load + 6 * i), set(rod.material.load.moment, lane, start.load + 6 * i + 3);
         if (section.bending / l > moment) moment = section.bending / l;
         if (section.bending / (l * l) > force) force = section.bending / (l * l);
     }
@@ -254,7 +252,6 @@ Pair plate_load(const LimbPlan& plan, const LimbPlate& plate, const Frame& pose,
 /// Piece e of the rod in all lanes, at its base; positions are relative to that.
 Pieces at_base(const Rod& r, int e) {
     Pieces p;
-    p.k = r.k, p.load = r.load, p.length = r.length;
     p.n = r.piece[e].wrench.first, p.y.moment = r.piece[e].wrench.second;
     p.y.position = no_pair().first;
     p.y.tangent = r.node[e].axis[2], p.y.director = r.node[e].axis[0];
@@ -262,11 +259,12 @@ Pieces at_base(const Rod& r, int e) {
 }
 
 void linearise_rod(const LimbPlan& plan, const LimbRod& rod, Rod& r) {
+    const StepOf over(r.material, rod.steps);
     for (int e = 0; e < rod.elements; ++e) {
-        Piece& piece = r.piece[e];
         Pieces p = at_base(r, e);
         const Frame& second = r.node[e + 1];
-        linearise_pieces(p, r.node[e].position, second.position, second.axis, rod.steps, plan.loads, piece.linear);
+        linearise_pieces(p, r.material.load.force, over, rod.steps, r.node[e].position, second.position, second.axis,
+                         plan.loads, r.piece[e].linear);
     }
 }
 
@@ -396,10 +394,11 @@ void propose_again(const LimbPlan& plan, Room& room, int finer) {
     for (int i = 0; i < plan.rods; ++i) {
         const LimbRod& rod = plan.rod[i];
         Rod& r = room.rod[i];
+        const StepOf over(r.material, finer * rod.steps);
         for (int e = 0; e < rod.elements; ++e) {
             Piece& piece = r.piece[e];
             Pieces p = at_base(r, e);
-            advance(p, finer * rod.steps);
+            advance(p, over, finer * rod.steps);
             const Frame& second = r.node[e + 1];
             const V axes[3] = {p.y.director, cross(p.y.tangent, p.y.director), p.y.tangent};
             piece.gap = {p.y.position + (r.node[e].position - second.position), turn_between(axes, second.axis)};

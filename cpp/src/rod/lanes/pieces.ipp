@@ -34,6 +34,10 @@ SOFTLIMB_ALWAYS_INLINE void unrolled(F&& f) {
     }
 }
 
+SOFTLIMB_ALWAYS_INLINE void set(V& v, int lane, const double* x) {
+    v.x.set(lane, x[0]), v.y.set(lane, x[1]), v.z.set(lane, x[2]);
+}
+
 /// Compliances of W sections. The axial law of every lane is v3 - 1 = n g((n - centre)/half_range) inside its range and
 /// the second-order Taylor polynomial at the range's end outside (section.hpp), of the largest degree in the pack.
 struct LaneCompliances {
@@ -91,11 +95,40 @@ struct LaneCompliances {
     }
 };
 
-/// W pieces side by side; lanes beyond `count` repeat the last piece.
-struct Pieces {
+/// What W pieces are made of; lanes beyond `count` repeat the last piece.
+struct Material {
     LaneCompliances k;
     LineLoad<Pack> load;
     Pack length;
+
+    SOFTLIMB_ALWAYS_INLINE Material() {}
+    SOFTLIMB_ALWAYS_INLINE Material(const Start* starts, int count) {
+        for (int lane = 0; lane < W; ++lane) {
+            const Start& p = starts[lane < count ? lane : count - 1];
+            if (p.section->axial_law.degree > k.degree) k.degree = p.section->axial_law.degree;
+        }
+        for (int lane = 0; lane < W; ++lane) {
+            const Start& p = starts[lane < count ? lane : count - 1];
+            k.put(lane, *p.section);
+            set(load.force, lane, p.force), set(load.moment, lane, p.moment);
+            length.set(lane, p.length);
+        }
+    }
+};
+
+/// The same over a step.
+struct StepOf {
+    LaneCompliances k;
+    V force, moment;
+
+    SOFTLIMB_ALWAYS_INLINE StepOf(const Material& of, int steps) {
+        const Pack h = of.length * Pack(1.0 / steps);
+        k = of.k.over(h), force = h * of.load.force, moment = h * of.load.moment;
+    }
+};
+
+/// Where W pieces are: positions are relative to their bases.
+struct Pieces {
     V n;
     RodState<Pack> y;
 
@@ -104,18 +137,8 @@ struct Pieces {
         y.position = V{Pack(0.0), Pack(0.0), Pack(0.0)};
         for (int lane = 0; lane < W; ++lane) {
             const Start& p = starts[lane < count ? lane : count - 1];
-            if (p.section->axial_law.degree > k.degree) k.degree = p.section->axial_law.degree;
-        }
-        for (int lane = 0; lane < W; ++lane) {
-            const Start& p = starts[lane < count ? lane : count - 1];
-            k.put(lane, *p.section);
-            const auto put = [lane](V& v, const double* x) {
-                v.x.set(lane, x[0]), v.y.set(lane, x[1]), v.z.set(lane, x[2]);
-            };
-            put(load.force, p.force), put(load.moment, p.moment);
-            length.set(lane, p.length);
-            put(n, p.wrench), put(y.moment, p.wrench + 3);
-            put(y.tangent, p.rotation + 6), put(y.director, p.rotation);
+            set(n, lane, p.wrench), set(y.moment, lane, p.wrench + 3);
+            set(y.tangent, lane, p.rotation + 6), set(y.director, lane, p.rotation);
         }
     }
 };
@@ -126,9 +149,9 @@ struct Parameter {
     Pack length;  // dL/L
     V force;      // of n(s) by s: -(df + f dL/L)
 
-    SOFTLIMB_ALWAYS_INLINE Parameter(const Start* starts, const Slope* slopes, int count, const Pieces& p) {
-        k.unit = Pack(0.0), k.degree = p.k.degree;
-        k.centre = p.k.centre, k.half_range = p.k.half_range, k.per_range = p.k.per_range;
+    SOFTLIMB_ALWAYS_INLINE Parameter(const Start* starts, const Slope* slopes, int count, const Material& of) {
+        k.unit = Pack(0.0), k.degree = of.k.degree;
+        k.centre = of.k.centre, k.half_range = of.k.half_range, k.per_range = of.k.per_range;
         V df;
         for (int lane = 0; lane < W; ++lane) {
             const int i = lane < count ? lane : count - 1;
@@ -142,7 +165,7 @@ struct Parameter {
             length.set(lane, slopes[i].length / starts[i].length);
             df.x.set(lane, slopes[i].force[0]), df.y.set(lane, slopes[i].force[1]), df.z.set(lane, slopes[i].force[2]);
         }
-        force = -(df + length * p.load.force);
+        force = -(df + length * of.load.force);
     }
 
     /// What the rate of the variation has beside that of `vary`: the rate's own change at fixed state, and its stretch.
@@ -157,17 +180,6 @@ struct Parameter {
         return {position + length * y.velocity,
                 k.bending * y.m + twist * y.t + length * (at.bending * y.m + spin * y.t),
                 cross(y.n, position) + length * (cross(y.n, y.velocity) - step_moment)};
-    }
-};
-
-/// A step of the pieces: compliances and loads over it.
-struct StepOf {
-    LaneCompliances k;
-    V force, moment;
-
-    SOFTLIMB_ALWAYS_INLINE StepOf(const Pieces& p, int steps) {
-        const Pack h = p.length * Pack(1.0 / steps);
-        k = p.k.over(h), force = h * p.load.force, moment = h * p.load.moment;
     }
 };
 
@@ -209,8 +221,7 @@ SOFTLIMB_ALWAYS_INLINE void make_orthonormal(RodState<Pack>& y) {
 
 /// Advances the pieces. Not inlined, as those below: its name is this instruction set's own, and compiled once it is
 /// compiled fast.
-void advance(Pieces& p, int steps) {
-    const StepOf over(p, steps);
+void advance(Pieces& p, const StepOf& over, int steps) {
     for (int step = 0; step < steps; ++step)
         step_state(p, over, [](auto, const Linearisation<Pack>&) SOFTLIMB_LAMBDA_INLINE {});
     make_orthonormal(p.y);
@@ -258,8 +269,7 @@ SOFTLIMB_NEVER_INLINE void step_free(Variation<Pack>& z, const LaneCompliances& 
 }
 
 /// Advances the pieces and `columns` variations, of which the first three are those of the base force.
-void advance_with(Pieces& p, int steps, Variation<Pack>* z, int columns) {
-    const StepOf over(p, steps);
+void advance_with(Pieces& p, const StepOf& over, int steps, Variation<Pack>* z, int columns) {
     const Pack zero(0.0), one(1.0);
     Linearisation<Pack> linear[stages];
     for (int step = 0; step < steps; ++step) {
@@ -274,9 +284,9 @@ void advance_with(Pieces& p, int steps, Variation<Pack>* z, int columns) {
 }
 
 /// Advances the pieces and their variation with a parameter.
-void advance_with(Pieces& p, int steps, Variation<Pack>& z, Parameter parameter) {
-    const StepOf over(p, steps);
-    const Pack h = p.length * Pack(1.0 / steps);
+void advance_with(Pieces& p, const Material& of, int steps, Variation<Pack>& z, Parameter parameter) {
+    const StepOf over(of, steps);
+    const Pack h = of.length * Pack(1.0 / steps);
     parameter.k = parameter.k.over(h);
     const V force = h * parameter.force;  // over a step
     Linearisation<Pack> linear[stages];
@@ -402,8 +412,8 @@ struct Linearised {
 };
 
 /// Advances the pieces, which start at `from`, and linearises them against their second nodes.
-void linearise_pieces(Pieces& p, const V& from, const V& node, const V* node_axes, int steps, Loads loads,
-                      Linearised& l) {
+void linearise_pieces(Pieces& p, const V& line_force, const StepOf& over, int steps, const V& from, const V& node,
+                      const V* node_axes, Loads loads, Linearised& l) {
     const int columns = loads == Loads::none ? 6 : loads == Loads::force ? 8 : 9;
     const Pack zero(0.0), one(1.0);
     const V nothing{zero, zero, zero};
@@ -414,11 +424,11 @@ void linearise_pieces(Pieces& p, const V& from, const V& node, const V* node_axe
     // Base rotations that are integrated: two across a dead force, or all three.
     V axis[3];
     if (loads == Loads::force) {
-        const Pack norm = sqrt(dot(p.load.force, p.load.force));
+        const Pack norm = sqrt(dot(line_force, line_force));
         // A piece without load among loaded ones: any axis serves.
         const Mask loaded = zero < norm;
-        const V f{select(loaded, p.load.force.x, zero), select(loaded, p.load.force.y, zero),
-                  select(loaded, p.load.force.z, one)};
+        const V f{select(loaded, line_force.x, zero), select(loaded, line_force.y, zero),
+                  select(loaded, line_force.z, one)};
         axis[2] = (one / select(loaded, norm, one)) * f;
         // Across it: with the base axis that it leans on least.
         const Pack ax = absolute(axis[2].x), ay = absolute(axis[2].y), az = absolute(axis[2].z);
@@ -432,7 +442,7 @@ void linearise_pieces(Pieces& p, const V& from, const V& node, const V* node_axe
     } else if (loads == Loads::any) {
         z[6].rotation.x = one, z[7].rotation.y = one, z[8].rotation.z = one;
     }
-    advance_with(p, steps, z, columns);
+    advance_with(p, over, steps, z, columns);
 
     // End pose (dp, dtheta) and end moment by base wrench.
     M6& inverse = l.inverse;
@@ -533,6 +543,7 @@ void linearise_pieces(Pieces& p, const V& from, const V& node, const V* node_axe
 
 void linearise_pack(const Start* starts, const Linear* out, int count, int steps, Loads loads) {
     Pieces p(starts, count);
+    const Material of(starts, count);
     const double *from[W], *position[W], *rotation[W];
     for (int lane = 0; lane < W; ++lane) {
         const int i = lane < count ? lane : count - 1;
@@ -541,7 +552,8 @@ void linearise_pack(const Start* starts, const Linear* out, int count, int steps
     }
     const V node_axes[3] = {gather(rotation, 0), gather(rotation, 3), gather(rotation, 6)};
     Linearised l;
-    linearise_pieces(p, gather(from, 0), gather(position, 0), node_axes, steps, loads, l);
+    linearise_pieces(p, of.load.force, StepOf(of, steps), steps, gather(from, 0), gather(position, 0), node_axes, loads,
+                     l);
 
     for (int lane = 0; lane < count; ++lane) {
         const Linear& o = out[lane];
@@ -575,7 +587,7 @@ void shoot(const Start* starts, const End* ends, int count, int steps) {
     for (int first = 0; first < count; first += W) {
         const int here = count - first < W ? count - first : W;
         Pieces p(starts + first, here);
-        advance(p, steps);
+        advance(p, StepOf(Material(starts + first, here), steps), steps);
         const V binormal = cross(p.y.tangent, p.y.director);
         for (int lane = 0; lane < here; ++lane)
             write_end(p, binormal, starts[first + lane].position, ends[first + lane], lane);
@@ -587,11 +599,12 @@ void differentiate(const Start* starts, const Slope* slopes, const EndSlopes* ou
     for (int first = 0; first < count; first += W) {
         const int here = count - first < W ? count - first : W;
         Pieces p(starts + first, here);
-        const Parameter parameter(starts + first, slopes + first, here, p);
+        const Material of(starts + first, here);
+        const Parameter parameter(starts + first, slopes + first, here, of);
         const V nothing{zero, zero, zero};
         Variation<Pack> z{nothing, nothing, nothing};
-        advance_with(p, steps, z, parameter);
-        const V force = p.length * parameter.force;
+        advance_with(p, of, steps, z, parameter);
+        const V force = of.length * parameter.force;
         for (int lane = 0; lane < here; ++lane) {
             put(out[first + lane].pose, z.position, lane);
             put(out[first + lane].pose + 3, z.rotation, lane);

@@ -137,7 +137,7 @@ Pack surely_stable(const LimbPlan& plan, Room& room, const Pack& changed) {
     M6 lower, coupling, pivot;
     for (int i = 0; i < plan.rods; ++i) {
         const Rod& r = room.rod[i];
-        const Pack per_area = inverse_square(r.length);
+        const Pack per_area = inverse_square(r.material.length);
         for (int e = 1; e < plan.rod[i].elements; ++e) {
             const Linearised &before = r.piece[e - 1].linear, &after = r.piece[e].linear;
             for (int c = 0; c < 6; ++c)
@@ -175,8 +175,8 @@ SOFTLIMB_ALWAYS_INLINE Pack yes(Mask m) { return select(m, Pack(1.0), Pack(0.0))
 SOFTLIMB_ALWAYS_INLINE Mask is(const Pack& yes_or_no) { return Pack(0.5) < yes_or_no; }
 SOFTLIMB_ALWAYS_INLINE Pack no(const Pack& yes_or_no) { return Pack(1.0) - yes_or_no; }
 
-/// Corrections by the whole step in a round, and the most steps in place of one of the linearisation's.
-constexpr int most_coarse = 1, finest = 4;
+/// The most steps in place of one of the linearisation's.
+constexpr int finest = 4;
 
 void round(const LimbPlan& plan, void* memory) {
     Room& room = room_in(memory);
@@ -219,7 +219,7 @@ void round(const LimbPlan& plan, void* memory) {
         return yes(shrink * left < Pack(0.5) * tolerance) * yes(Pack(2.0 * believed) * left < tolerance);
     };
     Pack coarse = close * no(near());
-    for (int pass = 0; pass < most_coarse && any(coarse); ++pass) {
+    for (int pass = 0; pass < plan.corrections && any(coarse); ++pass) {
         const Pack error = correct(coarse, 1, Pack(0.5) * last).value(), ratio = error / last;
         shrink = select(is(coarse * yes(shrink < ratio)), ratio, shrink);
         last = select(is(coarse), error, last);

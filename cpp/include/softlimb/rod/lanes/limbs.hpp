@@ -41,6 +41,7 @@ struct LimbPlan {
     double length = 1.0;      // what translations are measured by [m]
     double tolerance = 1e-6;  // of the tip, relative to that
     int most_iterations = 10;
+    int corrections = 1;  // by the stiffness at hand in a round, before the one that checks
 
     /// Numbers of a state: plates, then each rod's interior nodes and the base wrenches (n, m) of its pieces.
     int numbers() const {
