@@ -2401,14 +2401,14 @@ class Atlas:
     """
     Starts for the rows of a long sweep, fitted to some of them; made by `survey_rows`.
     """
-    def __getstate__(self) -> tuple[list[int], list[int], list[float], list[float], list[int], list[float]]:
+    def __getstate__(self) -> tuple[list[int], list[int], list[int], list[float], list[float], list[float], list[tuple[list[int], list[int], list[float]]]]:
         ...
-    def __setstate__(self, arg0: tuple[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]]) -> None:
+    def __setstate__(self, arg0: tuple[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], collections.abc.Sequence[tuple[collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]]]]) -> None:
         ...
     @property
-    def terms(self) -> int:
+    def terms(self) -> list[int]:
         """
-        Number of terms of its polynomials.
+        Numbers of terms of the polynomials of its segments.
         """
 class Pid:
     """

@@ -644,9 +644,10 @@ class Limb:
 
         A row depends on itself alone: its bits are the same for any number of threads or workers, any order of the
         rows, and whether or not the sweep was interrupted; of one build and instruction set, which the batch records.
-        From 2048 rows on, up to 384 of them are solved first and the others start from polynomials fitted to these:
-        a row depends on them as well then, its answer to the tolerance only, and where the scene has several stable
-        postures a row may show another one than `solve` finds from nothing.
+        From 2048 rows on, up to 2048 of them are solved first and the others start from polynomials fitted to these
+        (of an ordered sweep, where a group or a new line of a grid begins): a row depends on them as well then, its
+        answer to the tolerance only, and where the scene has several stable postures a row may show another one than
+        `solve` finds from nothing.
 
         Parameters
         ----------

@@ -123,7 +123,7 @@ def solve_rows(
         Called about ten times a second, from the thread of the caller, with the number of rows done; false stops, and
         so does Ctrl-C. Rows not come to have status "not_run".
     atlas : Atlas, optional
-        Where rows start from; not with an order or a start. A row depends on itself and on the atlas then.
+        Where rows start from; not with a start. A row depends on itself (or its group) and on the atlas then.
     **scene
         Loads and options of `Limb.solve`, the same for all rows. What it refuses, it refuses for all: every row then
         has status "invalid".
@@ -135,7 +135,7 @@ def solve_rows(
     Raises
     ------
     ValueError
-        Pressures of another shape or not finite, ``threads`` below 1, an atlas with ``ordered`` or a start.
+        Pressures of another shape or not finite, ``threads`` below 1, an atlas with a start.
     TypeError
         `Limb.solve` has no such option.
     """
@@ -186,7 +186,7 @@ def solve_rows(
 def survey_rows(
     limb: Limb, pressures: NDArray[np.float64], *, threads: int, tick: Callable[[int], bool], **scene: Any
 ) -> Atlas | None:
-    """Solve some rows of a long sweep from nothing, and fit to them where the others may start.
+    """Solve some rows of a long sweep, the first ones from nothing, and fit to them where the others may start.
 
     Parameters
     ----------

@@ -119,7 +119,8 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         if (attempt.converged() && (!options.prefer_stable || distance(geometry, attempt.shape, shape) < 2.0)) {
             if (good_enough(attempt)) {
                 solution.plan.push_back("started from the given posture: Newton alone");
-                return accept(std::move(attempt), "converged from the given start");
+                const char* message = allowed(attempt);
+                return accept(std::move(attempt), message);
             }
             unstable = attempt;
             shape = attempt.shape;

@@ -153,7 +153,11 @@ void Worker::settle(const limb::Mesh& mesh, Chain& chain) {
     Lane& lane = chain.lane;
     limb::Solution& solution = posture_.solution;
     if (!accept(mesh, lane)) {
-        solution = limb::solve(job_.geometry, posture_.scene, options_, nullptr);
+        // By itself, from where the rows before it lead.
+        const double* pressures = pressures_of(lane.row);
+        const bool led = chain.trail.start(job_.geometry, mesh, pressures, lane.numbers) != NumberTrail::Led::none;
+        if (led) limb::numbers_to_shape(job_.geometry, mesh, lane.numbers.data(), given_);
+        solution = limb::solve(job_.geometry, posture_.scene, options_, led ? &given_ : nullptr);
         if (solution.status == SolveStatus::converged)
             limb::shape_to_numbers(limb::on_mesh(job_.geometry, posture_.scene, solution.shape, mesh), lane.numbers);
     }

@@ -35,10 +35,10 @@ __all__ = ["resume", "sweep"]
 _BLOCK_SECONDS = 0.5  # rows that are solved between two visits to the table: what a killed process loses
 _MOST_IN_BLOCK = 32768  # rows, some twenty megabytes
 _MOST_IN_CHUNK = 1024  # rows that travel to a worker and back together, half a megabyte
-_BESIDE = 8  # chunks of an ordered sweep that a thread may have under way at a time
-_HEADS = (128, 128)  # the same of an ordered sweep, of which only the first row of a chunk starts there
 _LONG = 2048  # rows from which on some are solved first, so that the others start near their answers
 _ANCHORS = (128, 2048)  # at least and at most so many of them, one in sixteen between: one in three is a term of a fit
+_HEADS = (128, 128)  # the same where rows are ordered and few of them start there
+_BESIDE = 8  # groups of an ordered sweep that a thread may have under way side by side
 _CHUNKS = 64  # into which a short sweep is cut at least, so that many workers have something to do
 
 
