@@ -216,7 +216,7 @@ void round(const LimbPlan& plan, void* memory) {
     constexpr double believed = 1.0 / 32.0;
     Pack left = shrink * last;
     const auto near = [&] {
-        return yes(shrink * left < Pack(0.5) * tolerance) * yes(Pack(2.0 * believed) * left < tolerance);
+        return yes(shrink * left < Pack(0.25) * tolerance) * yes(Pack(2.0 * believed) * left < tolerance);
     };
     Pack coarse = close * no(near());
     for (int pass = 0; pass < plan.corrections && any(coarse); ++pass) {
@@ -229,13 +229,20 @@ void round(const LimbPlan& plan, void* memory) {
     Pack fine = close * near(), met(0.0), found = room.error;
     for (int finer = 2; finer <= finest && any(fine); finer *= 2) {
         const StepSize next = correct(fine, finer, one);
-        const Pack error = next.value(), wrong = Pack(believed) * error;
+        const Pack error = next.value(), wrong = Pack(believed) * error, two(2.0);
+        // Where the correction is more than the tolerance it must be what was promised, and the next one may shrink half
+        // as much: the first after a linearisation does so by half of what the others do.
+        const Pack loose = yes(Pack(0.5) * tolerance < left), ratio = error / last;
+        const Pack kept = loose * yes(two * left < error);
+        shrink = select(is(loose), two * select(shrink < ratio, ratio, shrink), shrink);
         left = shrink * error;
         const Pack estimate = select(left < wrong, wrong, left);
-        const Pack good = fine * yes(estimate < tolerance) * yes(shrink * next.wrench < Pack(5.0) * tolerance);
+        const Pack good =
+            fine * no(kept) * yes(estimate < tolerance) * yes(shrink * next.wrench < Pack(5.0) * tolerance);
         found = select(is(good), estimate, found);
         met = met + good;
-        fine = fine * no(good) * yes(left < tolerance);  // where the integration is at fault
+        fine = fine * no(good) * no(kept) * yes(left < tolerance);  // where the integration is at fault
+        last = error;
     }
     if (any(met)) {
         // Where the stiffness has changed too much since it was taken to tell, it is taken once more.
