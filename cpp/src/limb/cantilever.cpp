@@ -167,18 +167,18 @@ std::optional<Solution> solve_cantilever(const Geometry& geometry, const Scene& 
     Matrix3 tip = rod->base.rotation, inverse;
     Shot shot;
     // By coarse steps, until what a step leaves is less than their error.
-    constexpr int coarse_pieces = 4, most_coarse = 8, most_fine = 6;
+    constexpr int most_coarse = 8, most_fine = 6;
+    const int coarse_pieces = std::max(2, static_cast<int>(std::ceil(0.5 * rod->growth())));
     constexpr double coarse = 0.05;
     for (double size = 1.0; !(size < coarse);) {
         if (++solution.iterations > most_coarse || !std::isfinite(size)) return std::nullopt;
         size = newton(coarse_pieces, tip, inverse, shot);
     }
     // Pieces such that one step each should meet the tolerance.
-    Shape shape = shape_of(*rod, geometry.segments[0].rods[0], shot);
-    merge_elements(shape.rods[0], 1);
-    choose_mesh(scene, options.tolerance, shape, warm_piece);
-    const int wanted = shape.rods[0].elements();
-    if (wanted > most_pieces || shape.rods[0].integration.steps != 1) return std::nullopt;
+    const double activity = rod_activity(scene, shape_of(*rod, geometry.segments[0].rods[0], shot), 0);
+    const double longest = std::min(warm_piece, allowed_step(options.tolerance));
+    if (!(activity <= most_pieces * longest)) return std::nullopt;
+    const int wanted = std::max(1, static_cast<int>(std::ceil(activity / longest)));
     // The forces fall towards the tip, and with them the error: two thirds mostly do, and the check tells.
     const int fewer = std::max(2, (2 * wanted + 2) / 3);
     for (const int pieces : {fewer, wanted}) {

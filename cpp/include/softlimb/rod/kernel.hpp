@@ -7,6 +7,7 @@
 #include "softlimb/dual.hpp"
 #include "softlimb/rod/equations.hpp"
 #include "softlimb/section.hpp"
+#include "softlimb/unrolled.hpp"
 
 namespace softlimb::rod {
 
@@ -77,31 +78,36 @@ inline void advance(const Compliances<S>& k, const LineLoad<S>& load, const S& l
     std::array<RodState<S>, stages> dy;
     std::array<std::array<Variation<S>, C>, stages> dz;
     for (int step = 0; step < steps; ++step) {
-        for (int i = 0; i < stages; ++i) {
+        unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
+            constexpr int i = stage;
             RodState<S> at = y;
             std::array<Variation<S>, C> varied = z.column;
-            for (int j = 0; j < i; ++j) {
-                if (Method::a[i][j] == 0.0) continue;
-                const S w = h * S(Method::a[i][j]);
-                at.tangent += w * dy[j].tangent, at.director += w * dy[j].director, at.moment += w * dy[j].moment;
-                for (int c = 0; c < C; ++c)
-                    varied[c].rotation += w * dz[j][c].rotation, varied[c].moment += w * dz[j][c].moment;
-            }
+            unrolled<0, i>([&](auto before) SOFTLIMB_LAMBDA_INLINE {
+                constexpr int j = before;
+                if constexpr (Method::a[i][j] != 0.0) {
+                    const S w = h * S(Method::a[i][j]);
+                    at.tangent += w * dy[j].tangent, at.director += w * dy[j].director, at.moment += w * dy[j].moment;
+                    for (int c = 0; c < C; ++c)
+                        varied[c].rotation += w * dz[j][c].rotation, varied[c].moment += w * dz[j][c].moment;
+                }
+            });
             Linearisation<S> linear;
             dy[i] = rate(k, at, n - (h * S(Method::c[i])) * load.force, load.moment, linear);
             for (int c = 0; c < C; ++c) dz[i][c] = vary(k, linear, varied[c].rotation, varied[c].moment, z.force[c]);
-        }
-        for (int i = 0; i < stages; ++i) {
-            if (Method::b[i] == 0.0) continue;
-            const S w = h * S(Method::b[i]);
-            y.position += w * dy[i].position, y.tangent += w * dy[i].tangent;
-            y.director += w * dy[i].director, y.moment += w * dy[i].moment;
-            for (int c = 0; c < C; ++c) {
-                Variation<S>& out = z.column[c];
-                out.position += w * dz[i][c].position, out.rotation += w * dz[i][c].rotation;
-                out.moment += w * dz[i][c].moment;
+        });
+        unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
+            constexpr int i = stage;
+            if constexpr (Method::b[i] != 0.0) {
+                const S w = h * S(Method::b[i]);
+                y.position += w * dy[i].position, y.tangent += w * dy[i].tangent;
+                y.director += w * dy[i].director, y.moment += w * dy[i].moment;
+                for (int c = 0; c < C; ++c) {
+                    Variation<S>& out = z.column[c];
+                    out.position += w * dz[i][c].position, out.rotation += w * dz[i][c].rotation;
+                    out.moment += w * dz[i][c].moment;
+                }
             }
-        }
+        });
         n += -h * load.force;
     }
     // The directors leave orthonormality only by the integration error: take it out.

@@ -6,7 +6,6 @@
 #endif
 
 #include <cmath>
-#include <type_traits>
 
 #include "softlimb/always_inline.hpp"
 #include "softlimb/rod/equations.hpp"
@@ -14,6 +13,7 @@
 #include "softlimb/rod/integrators/rk8.hpp"
 #include "softlimb/rod/lanes/pieces.hpp"
 #include "softlimb/solve/newton_numbers.hpp"
+#include "softlimb/unrolled.hpp"
 
 namespace softlimb::rod::lanes::SOFTLIMB_INSTRUCTION_SET {
 namespace {
@@ -24,15 +24,6 @@ using Method = Rk8;
 constexpr int stages = Method::stages;
 constexpr int W = Pack::lanes;
 using V = Vec3<Pack>;
-
-/// Calls f(0), ..., f(N-1) with the index as a constant, so that zero coefficients vanish when it is compiled.
-template <int I, int N, class F>
-SOFTLIMB_ALWAYS_INLINE void unrolled(F&& f) {
-    if constexpr (I < N) {
-        f(std::integral_constant<int, I>{});
-        unrolled<I + 1, N>(f);
-    }
-}
 
 SOFTLIMB_ALWAYS_INLINE void set(V& v, int lane, const double* x) {
     v.x.set(lane, x[0]), v.y.set(lane, x[1]), v.z.set(lane, x[2]);
