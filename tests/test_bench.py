@@ -33,7 +33,7 @@ from softlimb.paper.problem import Answer
 from softlimb.units import kPa, us
 
 PRESSURES = np.array([30.0, 20.0, 10.0]) * kPa
-BRIEF = speed.Effort(steps=3, cold=2, sweep_rows=20, random_rows=20, limit=20.0)
+BRIEF = speed.Effort(steps=3, cold=2, sweep_rows=20, limit=20.0)
 
 
 @pytest.fixture(scope="module")

@@ -42,18 +42,15 @@ class Effort:
         Solves of a walk that is timed as one.
     cold : int
         Random scenes solved from nothing.
-    sweep_rows : int, optional
-        Rows of an ordered sweep; default: as many as fit the clock's budget.
-    random_rows : int
-        Rows of a sweep of random rows, in one call: a long one surveys some of its rows first.
+    sweep_rows : int
+        Rows of a sweep in one call, about as many of a grid: a long one surveys some of its rows first.
     limit : float
         Time for one solve of another method [s].
     """
 
     steps: int = 40
     cold: int = 100
-    sweep_rows: int | None = None
-    random_rows: int = 20_000
+    sweep_rows: int = 100_000
     limit: float = 20.0
 
 
@@ -409,82 +406,57 @@ def jacobian(entry: Entry, clock: Clock, effort: Effort) -> Iterator[Row]:
 
 
 class _Sweeps:
-    """A sweep in one call, or cut into calls of equal size, some seconds in all."""
+    """One sweep, called again and again."""
 
-    def __init__(
-        self,
-        rows: Callable[[int], Array],
-        options: dict[str, Any],
-        clock: Clock,
-        effort: Effort,
-        whole: int | None = None,
-    ) -> None:
-        self.limb, self.loads, self.options = presets.reference_limb(), limbs.loads(), options
-        calls = 5
-        if whole is not None:
-            count, calls = whole, 1
-        elif effort.sweep_rows is None:
-            few = rows(20)
-            with stopwatch() as elapsed:
-                self.run(few)
-                a_row = elapsed() / len(few)
-            count = int(np.clip(clock.budget / a_row, 20 * calls, 100_000))
-        else:
-            count, calls = effort.sweep_rows, 10
-        self.parts = np.array_split(rows(count), calls)
-        self.count = sum(len(part) for part in self.parts)
+    def __init__(self, pressures: Array, options: dict[str, Any]) -> None:
+        self.limb, self.loads = presets.reference_limb(), limbs.loads()
+        self.pressures, self.options = pressures, options
         self.failed = 0
 
-    def run(self, part: Array, **options: Any) -> Any:
-        return self.limb.sweep(part, progress=False, **{**self.loads, **self.options, **options})
+    def run(self, **options: Any) -> Any:
+        return self.limb.sweep(self.pressures, progress=False, **{**self.loads, **self.options, **options})
 
     def fault(self) -> str | None:
-        return checks.batch_fault(self.limb, self.run(self.parts[0]), self.loads)
+        return checks.batch_fault(self.limb, self.run(), self.loads)
 
-    def next_part(self, **options: Any) -> Callable[[], float]:
-        parts = itertools.cycle(self.parts)
-
+    def timed(self, **options: Any) -> Callable[[], float]:
         def run() -> float:
-            part = next(parts)
             with stopwatch() as elapsed:
-                batch = self.run(part, **options)
-                seconds = elapsed() / len(part)
+                batch = self.run(**options)
+                seconds = elapsed() / len(self.pressures)
             self.failed += int((~batch.success).sum())
             return seconds
 
         return run
 
-    def rounds(self) -> tuple[int, int]:
-        """Each part once, one part again where time allows: the check of the first has warmed up."""
-        return len(self.parts), max(len(self.parts), 3)
-
     def finished(self) -> str | None:
         return f"{_WRONG}{self.failed} rows failed while they were timed" if self.failed else None
 
 
-def _random_rows(options: dict[str, Any], clock: Clock, effort: Effort) -> _Sweeps:
-    return _Sweeps(
-        lambda count: limbs.random_pressures(count, 9, _SEED), options, clock, effort, whole=effort.random_rows
-    )
+_SWEEP_ROUNDS = (1, 3)
+"""How often a sweep is timed: once, again where time allows; its check has warmed up."""
+
+
+def _random_rows(options: dict[str, Any], effort: Effort) -> _Sweeps:
+    return _Sweeps(limbs.random_pressures(effort.sweep_rows, 9, _SEED), options)
 
 
 def random_sweep(entry: Entry, clock: Clock, effort: Effort) -> Iterator[Row]:
     """Random pressures on one thread, each row on its own."""
-    sweeps = _random_rows({"threads": 1}, clock, effort)
-    yield _swept(entry, sweeps, clock)
+    yield _swept(entry, _random_rows({"threads": 1}, effort), clock)
 
 
 def grid_sweep(entry: Entry, clock: Clock, effort: Effort) -> Iterator[Row]:
     """A fine grid on one thread, where a row may start from its neighbour."""
-    options = {"threads": 1, "ordered": True}
-    yield _swept(entry, _Sweeps(lambda count: limbs.fine_grid(count, 3), options, clock, effort), clock)
+    sweeps = _Sweeps(limbs.fine_grid(effort.sweep_rows, 3), {"threads": 1, "ordered": True})
+    yield _swept(entry, sweeps, clock)
 
 
 def _swept(entry: Entry, sweeps: _Sweeps, clock: Clock) -> Row:
     fault = sweeps.fault()
     if fault is not None:
         return entry.without("Python", _WRONG + fault)
-    samples = clock.in_turn({"sweep": sweeps.next_part()}, sweeps.rounds(), warm_up=False)["sweep"]
+    samples = clock.in_turn({"sweep": sweeps.timed()}, _SWEEP_ROUNDS, warm_up=False)["sweep"]
     late = sweeps.finished()
     return entry.row("Python", samples) if late is None else entry.without("Python", late)
 
@@ -494,14 +466,14 @@ def two_threads(entry: Entry, clock: Clock, effort: Effort) -> Iterator[Row]:
     if (os.cpu_count() or 1) < 2:
         yield entry.without("Python", "skipped: this machine has one core")
         return
-    sweeps = _random_rows({}, clock, effort)
-    one, two = (sweeps.run(sweeps.parts[0], threads=threads) for threads in (1, 2))
+    sweeps = _random_rows({}, effort)
+    one, two = (sweeps.run(threads=threads) for threads in (1, 2))
     fault = checks.same_bits_fault(one, two) or checks.batch_fault(sweeps.limb, two, sweeps.loads)
     if fault is not None:
         yield entry.without("Python", _WRONG + fault)
         return
-    ways = {"1": sweeps.next_part(threads=1), "2": sweeps.next_part(threads=2)}
-    samples = clock.in_turn(ways, sweeps.rounds(), warm_up=False)
+    ways = {"1": sweeps.timed(threads=1), "2": sweeps.timed(threads=2)}
+    samples = clock.in_turn(ways, _SWEEP_ROUNDS, warm_up=False)
     late = sweeps.finished()
     values = samples["1"].seconds / samples["2"].seconds
     yield entry.row("Python", samples["2"], values) if late is None else entry.without("Python", late)
@@ -516,7 +488,7 @@ ENTRIES = (
     Entry("tube", "tube, state at the next pressure", Goal(2.0, 0.5), both_ways(tube_states)),
     Entry("section", "tube, section at the next pressure", Goal(2.0, 0.5), both_ways(tube_sections)),
     Entry("sweep", "sweep of random rows, a row, 1 thread", Goal(20.0, 8.0), random_sweep),
-    Entry("grid", "ordered sweep of a grid, a row", Goal(8.0, 4.0), grid_sweep),
+    Entry("grid", "ordered sweep of a fine grid, a row", Goal(8.0, 4.0), grid_sweep),
     Entry("jacobian", "Jacobian to pressures, over its solve", Goal(0.2, 0.1, "solve"), jacobian),
     Entry("python", "Python call on top of a warm solve", Goal(5.0, 2.0, "us"), python_call),
     Entry("threads", "sweep on 2 threads against 1", Goal(1.9, 1.9, "times"), two_threads),

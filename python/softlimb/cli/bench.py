@@ -64,11 +64,9 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"yardstick Y: {microseconds:.3f} us, checksum {checksum:.6f}")
     clock, effort = Clock(budget=3.0), Effort()
     if arguments.quick:
-        clock, effort = Clock(budget=0.3), Effort(steps=20, cold=20, random_rows=4096, limit=2.0)
+        clock, effort = Clock(budget=0.3), Effort(steps=20, cold=20, sweep_rows=4096, limit=2.0)
     elif arguments.full:
-        many = 100_000
-        clock = Clock(budget=10.0)
-        effort = Effort(steps=100, cold=1000, sweep_rows=many, random_rows=many, limit=120.0)
+        clock, effort = Clock(budget=10.0), Effort(steps=100, cold=1000, limit=120.0)
 
     rows = _speed([entry for entry in ENTRIES if entry.name in chosen], clock, effort)
     scenes = [scene for scene in SCENES if scene.name in chosen]
