@@ -168,7 +168,7 @@ std::optional<Solution> solve_cantilever(const Geometry& geometry, const Scene& 
     Shot shot;
     // By coarse steps, until what a step leaves is less than their error.
     constexpr int most_coarse = 8, most_fine = 6;
-    const int coarse_pieces = std::max(2, static_cast<int>(std::ceil(0.5 * rod->growth())));
+    const int coarse_pieces = std::max(2, static_cast<int>(std::ceil(0.75 * rod->growth())));
     constexpr double coarse = 0.05;
     for (double size = 1.0; !(size < coarse);) {
         if (++solution.iterations > most_coarse || !std::isfinite(size)) return std::nullopt;
