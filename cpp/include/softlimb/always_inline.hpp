@@ -2,8 +2,8 @@
 // For code that is compiled once an instruction set: a function that the compiler left out of line there would be
 // shared with the rest of the library, and run on machines that do not know its instructions.
 
-// Under a sanitizer, which checks every access of what is inlined, one such kernel would compile for a quarter of an hour;
-// that build runs where it is made, and inlines what it likes.
+// Under a sanitizer, which checks every access of what is inlined, one such kernel would compile for a quarter of an
+// hour; that build runs where it is made, and inlines what it likes.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define SOFTLIMB_ALWAYS_INLINE inline
 #define SOFTLIMB_LAMBDA_INLINE

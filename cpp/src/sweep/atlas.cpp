@@ -210,8 +210,8 @@ std::optional<Atlas> Atlas::fitted(const limb::Geometry& geometry, const std::ve
     for (int j = 0; j < segments; ++j) {
         Sheet& sheet = content.sheets[j];
         const auto size = static_cast<Eigen::Index>(sheet.terms());
-        const auto outputs = static_cast<Eigen::Index>(
-            outputs_of(content.mesh, content.first_rod[j], content.first_rod[j + 1]));
+        const auto outputs =
+            static_cast<Eigen::Index>(outputs_of(content.mesh, content.first_rod[j], content.first_rod[j + 1]));
         Eigen::MatrixXd at(size, count), values(outputs, count);
         variables.resize(together * terms_only.variables(j)), terms.resize(together * sheet.terms());
         for (std::size_t k = 0; k < count; ++k) {

@@ -133,8 +133,7 @@ bool Worker::next_row(const Atlas& atlas, Chain& chain) {
 
 void Worker::find_start(const Atlas& atlas, Chain& chain) {
     Lane& lane = chain.lane;
-    const NumberTrail::Led led =
-        chain.trail.start(job_.geometry, atlas.mesh(), pressures_of(lane.row), lane.numbers);
+    const NumberTrail::Led led = chain.trail.start(job_.geometry, atlas.mesh(), pressures_of(lane.row), lane.numbers);
     if (led == NumberTrail::Led::on) return;
     const std::vector<limb::RodAtPressure>* rods[] = {&lane.scene.rods};
     atlas.starts(job_.geometry, rods, 1, atlas_room_);

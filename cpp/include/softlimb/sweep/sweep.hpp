@@ -29,7 +29,7 @@ struct SweepOptions {
     int threads = 1;
     const limb::Shape* start = nullptr;               // of rows that start by themselves: a shape,
     const std::vector<Pose>* start_plates = nullptr;  // or plates; neither: by limb::solve's own rule
-    const Atlas* atlas = nullptr;  // of rows that are solved side by side; not with a start
+    const Atlas* atlas = nullptr;                     // of rows that are solved side by side; not with a start
 };
 
 /// Rows that an ordered sweep chains; the first of each chunk starts by itself.

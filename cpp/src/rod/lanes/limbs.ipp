@@ -113,7 +113,8 @@ void open(const LimbPlan& plan, void* memory) {
         Rod& rod = room.rod[i];
         rod.material.k.degree = 0;
         rod.material.k.unit = rod.material.k.shear = rod.material.k.bending = rod.material.k.torsion = Pack(1.0);
-        rod.material.k.coupling = rod.material.k.rest_twist = rod.material.k.centre = rod.material.k.per_range = Pack(0.0);
+        rod.material.k.coupling = rod.material.k.rest_twist = rod.material.k.centre = rod.material.k.per_range =
+            Pack(0.0);
         rod.material.k.half_range = Pack(1e300);
         for (Pack& c : rod.material.k.coefficient) c = Pack(0.0);
         rod.material.length = rod.rest_length = Pack(1.0);
@@ -156,7 +157,8 @@ void fill(const LimbPlan& plan, void* memory, int lane, const LimbStart& start) 
         rod.material.k.put(lane, section);
         const double l = start.rest_length[i];
         rod.rest_length.set(lane, l), rod.material.length.set(lane, l / plan.rod[i].elements);
-        set(rod.material.load.force, lane, start.load + 6 * i), set(rod.material.load.moment, lane, start.load + 6 * i + 3);
+        set(rod.material.load.force, lane, start.load + 6 * i),
+            set(rod.material.load.moment, lane, start.load + 6 * i + 3);
         if (section.bending / l > moment) moment = section.bending / l;
         if (section.bending / (l * l) > force) force = section.bending / (l * l);
     }
@@ -185,8 +187,12 @@ LaneReport report(const LimbPlan&, const void* memory, int lane) {
                               : room.failed.get(lane) > 0.0  ? LaneStatus::failed
                               : room.running.get(lane) > 0.0 ? LaneStatus::running
                                                              : LaneStatus::empty;
-    return {status, room.stable.get(lane) > 0.0, static_cast<int>(room.iterations.get(lane)), room.residual.get(lane),
-            room.error.get(lane), room.asked_again.get(lane) > 0.0};
+    return {status,
+            room.stable.get(lane) > 0.0,
+            static_cast<int>(room.iterations.get(lane)),
+            room.residual.get(lane),
+            room.error.get(lane),
+            room.asked_again.get(lane) > 0.0};
 }
 
 // --- Balance of the plates -------------------------------------------------------------------------------------

@@ -249,14 +249,12 @@ SOFTLIMB_ALWAYS_INLINE void step_column(Variation<Pack>& z, Rate&& rate) {
 /// One step of the variation with a change of the base force, or without.
 SOFTLIMB_NEVER_INLINE void step_forced(Variation<Pack>& z, const LaneCompliances& k, const Linearisation<Pack>* linear,
                                        const V& force) {
-    step_column(z, [&](auto stage, const V& rotation, const V& moment) SOFTLIMB_LAMBDA_INLINE {
-        return vary(k, linear[stage], rotation, moment, force);
-    });
+    step_column(z, [&](auto stage, const V& rotation, const V& moment)
+                       SOFTLIMB_LAMBDA_INLINE { return vary(k, linear[stage], rotation, moment, force); });
 }
 SOFTLIMB_NEVER_INLINE void step_free(Variation<Pack>& z, const LaneCompliances& k, const Linearisation<Pack>* linear) {
-    step_column(z, [&](auto stage, const V& rotation, const V& moment) SOFTLIMB_LAMBDA_INLINE {
-        return vary(k, linear[stage], rotation, moment);
-    });
+    step_column(z, [&](auto stage, const V& rotation, const V& moment)
+                       SOFTLIMB_LAMBDA_INLINE { return vary(k, linear[stage], rotation, moment); });
 }
 
 /// Advances the pieces and `columns` variations, of which the first three are those of the base force.
@@ -264,8 +262,8 @@ void advance_with(Pieces& p, const StepOf& over, int steps, Variation<Pack>* z, 
     const Pack zero(0.0), one(1.0);
     Linearisation<Pack> linear[stages];
     for (int step = 0; step < steps; ++step) {
-        step_state(p, over, [&](auto stage, const Linearisation<Pack>& l)
-                                SOFTLIMB_LAMBDA_INLINE { linear[stage] = l; });
+        step_state(p, over,
+                   [&](auto stage, const Linearisation<Pack>& l) SOFTLIMB_LAMBDA_INLINE { linear[stage] = l; });
         // Column by column: the stages of one fit the nearest cache.
         for (int c = 0; c < 3; ++c)
             step_forced(z[c], over.k, linear, {c == 0 ? one : zero, c == 1 ? one : zero, c == 2 ? one : zero});
@@ -282,8 +280,8 @@ void advance_with(Pieces& p, const Material& of, int steps, Variation<Pack>& z, 
     const V force = h * parameter.force;  // over a step
     Linearisation<Pack> linear[stages];
     for (int step = 0; step < steps; ++step) {
-        step_state(p, over, [&](auto stage, const Linearisation<Pack>& l)
-                                SOFTLIMB_LAMBDA_INLINE { linear[stage] = l; });
+        step_state(p, over,
+                   [&](auto stage, const Linearisation<Pack>& l) SOFTLIMB_LAMBDA_INLINE { linear[stage] = l; });
         step_column(z, [&](auto stage, const V& rotation, const V& moment) SOFTLIMB_LAMBDA_INLINE {
             const Variation<Pack> v =
                 vary(over.k, linear[stage], rotation, moment, Pack(step + Method::c[stage]) * force);

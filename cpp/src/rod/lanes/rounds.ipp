@@ -230,8 +230,8 @@ void round(const LimbPlan& plan, void* memory) {
     for (int finer = 2; finer <= finest && any(fine); finer *= 2) {
         const StepSize next = correct(fine, finer, one);
         const Pack error = next.value(), wrong = Pack(believed) * error, two(2.0);
-        // Where the correction is more than the tolerance it must be what was promised, and the next one may shrink half
-        // as much: the first after a linearisation does so by half of what the others do.
+        // Where the correction is more than the tolerance it must be what was promised, and the next one may shrink
+        // half as much: the first after a linearisation does so by half of what the others do.
         const Pack loose = yes(Pack(0.5) * tolerance < left), ratio = error / last;
         const Pack kept = loose * yes(two * left < error);
         shrink = select(is(loose), two * select(shrink < ratio, ratio, shrink), shrink);
