@@ -274,6 +274,7 @@ def test_a_dataset_says_what_its_scene_leaves_out() -> None:
         ([[1.0, 2.0]], r"shape \(1, 2\)"),
         ([[1.0], [np.nan]], r"must be finite; row 1 is \[nan\]"),
         (np.array([[1.0], [np.inf]]), r"must be finite; row 1 is \[inf\]"),
+        (np.ma.masked_greater([[1.0], [9.0]], 5.0), "pressures must have no masked numbers"),
     ],
 )
 def test_wrong_pressures_are_named(pressures, message: str) -> None:

@@ -28,12 +28,15 @@ def real_array(name: str, value: ArrayLike) -> Array:
     Raises
     ------
     ValueError
-        Anything but real numbers: texts, truth values, dates and complex numbers, also where numpy would convert them.
+        Anything but real numbers: texts, truth values, dates and complex numbers, also where numpy would convert them;
+        masked numbers.
     """
     # The usual kinds first: the full check takes longer than a tube's equilibrium.
     if type(value) is float or (type(value) is np.ndarray and value.dtype.kind == "f" and value.dtype.itemsize <= 8):
         return np.array(value, dtype=np.float64)
     rule = f"{name} must be a number or an array of numbers, got {shown(value)}"
+    if np.ma.is_masked(value):  # what lies under a mask is not meant
+        raise ValueError(f"{name} must have no masked numbers, got {shown(value)}")
     try:
         given = np.asarray(value)
         # A list that mixes numbers with truth values has become numbers already: its elements decide.
