@@ -120,6 +120,15 @@ def test_an_atlas_with_a_start_is_refused(limb, pressures) -> None:
         )
 
 
+def test_the_surveyed_rows_are_the_same_in_any_order_and_all_different(pressures) -> None:
+    twice = np.concatenate([pressures, pressures[::-1]])
+    some = run._some_rows(twice, 100)
+    assert len(np.unique(some, axis=0)) == 100
+    order = np.random.default_rng(1).permutation(len(twice))
+    np.testing.assert_array_equal(some, run._some_rows(twice[order], 100))
+    np.testing.assert_array_equal(run._some_rows(np.array([[0.0, -0.0], [-0.0, 0.0]]), 5), [[0.0, 0.0]])
+
+
 @pytest.fixture(scope="module")
 def grid():
     """Three axes of 13 pressures, whose last line is not a whole one: groups of 32 rows begin anywhere in a line."""

@@ -37,7 +37,7 @@ _MOST_IN_BLOCK = 32768  # rows, some twenty megabytes
 _MOST_IN_CHUNK = 1024  # rows that travel to a worker and back together, half a megabyte
 _LONG = 2048  # rows from which on some are solved first, so that the others start near their answers
 _ANCHORS = (128, 2048)  # at least and at most so many of them, one in sixteen between: one in three is a term of a fit
-_HEADS = (128, 128)  # the same where rows are ordered and few of them start there
+_HEADS = 128  # how many where rows are ordered and few of them start there
 _BESIDE = 8  # groups of an ordered sweep that a thread may have under way side by side
 _CHUNKS = 64  # into which a short sweep is cut at least, so that many workers have something to do
 
@@ -226,8 +226,9 @@ class _Work:
         pressures = table.columns["pressures"]
         if len(pressures) < _LONG:
             return None
-        fewest, most = _HEADS if self.ordered else _ANCHORS
-        anchors = _some_rows(pressures, min(max(len(pressures) // 16, fewest), most))
+        fewest, most = _ANCHORS
+        count = _HEADS if self.ordered else min(max(len(pressures) // 16, fewest), most)
+        anchors = _some_rows(pressures, count)
         threads = self.threads or _all_cores()
         return solver.survey_rows(
             self.limb, anchors, threads=threads, tick=lambda _: not ctrl_c.pressed, **self.scene
