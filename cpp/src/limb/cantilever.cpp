@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "softlimb/limb/start.hpp"
 #include "softlimb/rod/kernel.hpp"
 
 namespace softlimb::limb {

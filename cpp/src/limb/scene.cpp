@@ -2,11 +2,14 @@
 
 namespace softlimb::limb {
 
-Pose Geometry::footing(int j, const std::vector<Pose>& plates) const {
-    if (j == 0) return {};
-    Pose face = plates[j - 1];
-    face.position += segments[j - 1].plate_thickness * face.rotation.col(2);
+Pose Geometry::distal_face(int j, const Pose& plate) const {
+    Pose face = plate;
+    face.position += segments[j].plate_thickness * face.rotation.col(2);
     return face;
+}
+
+Pose Geometry::footing(int j, const std::vector<Pose>& plates) const {
+    return j == 0 ? Pose{} : distal_face(j - 1, plates[j - 1]);
 }
 
 rod::LineLoad<double> Scene::line_load(int i) const {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numeric>
 
 #include "softlimb/limb/equilibrium.hpp"
 
@@ -262,8 +261,8 @@ void Atlas::decode(const limb::Geometry& geometry, int segment, const double* fr
     Pose foot;
     if (segment > 0) {
         const double* before = numbers + 12 * (segment - 1);
-        foot.position = Eigen::Map<const Vector3>(before), foot.rotation = Eigen::Map<const Matrix3>(before + 3);
-        foot.position += geometry.segments[segment - 1].plate_thickness * foot.rotation.col(2);
+        foot = geometry.distal_face(segment - 1,
+                                    {Eigen::Map<const Vector3>(before), Eigen::Map<const Matrix3>(before + 3)});
     }
     const auto pose = [&](double*& to) {
         const Matrix3 rotation =

@@ -33,6 +33,8 @@ struct Geometry {
         for (const Segment& s : segments) count += static_cast<int>(s.rods.size());
         return count;
     }
+    /// Frame on the far side of plate j, where the next rods stand.
+    Pose distal_face(int j, const Pose& plate) const;
     /// Frame on which the rods of segment j stand: the base, or the distal face of plate j-1.
     Pose footing(int j, const std::vector<Pose>& plates) const;
 };

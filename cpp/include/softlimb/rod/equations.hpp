@@ -57,10 +57,7 @@ struct Variation {
     Vec3<S> position{}, rotation{}, moment{};
 };
 
-/// Rate of a variation. With x = dn - dtheta x n and y = dm - dtheta x m (changes seen in the section):
-///   dtheta' = c y + [(1/GJ - c) t.y + c12 t.x] t
-///   dp'     = dtheta x p' + a x + [(dv3/dn3 - a) t.x + c12 t.y] t
-///   dm'     = -dp' x n - p' x dn
+/// What the changes x and y seen in the section, of force and moment, make of a variation's rate: see `vary`.
 template <class S, class K>
 SOFTLIMB_ALWAYS_INLINE Variation<S> vary_seen(const K& k, const Linearisation<S>& at, const Vec3<S>& rotation,
                                               const Vec3<S>& x, const Vec3<S>& y) {
@@ -71,6 +68,10 @@ SOFTLIMB_ALWAYS_INLINE Variation<S> vary_seen(const K& k, const Linearisation<S>
     return {position, k.bending * y + bend * at.t, cross(at.n, position)};
 }
 
+/// Rate of a variation. With x = dn - dtheta x n and y = dm - dtheta x m (changes seen in the section):
+///   dtheta' = c y + [(1/GJ - c) t.y + c12 t.x] t
+///   dp'     = dtheta x p' + a x + [(dv3/dn3 - a) t.x + c12 t.y] t
+///   dm'     = -dp' x n - p' x dn
 template <class S, class K>
 SOFTLIMB_ALWAYS_INLINE Variation<S> vary(const K& k, const Linearisation<S>& at, const Vec3<S>& rotation,
                                          const Vec3<S>& moment, const Vec3<S>& force) {
