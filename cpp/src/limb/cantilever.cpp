@@ -49,47 +49,85 @@ std::optional<Cantilever> cantilever(const Geometry& geometry, const Scene& scen
     return Cantilever{place.base, &made.section, made.rest_length, load, tip_force, base_force};
 }
 
+/// Two unit vectors perpendicular to one.
+struct Across {
+    Vector3 first, second;
+
+    explicit Across(const Vector3& axis) {
+        int smallest = 0;
+        axis.cwiseAbs().minCoeff(&smallest);
+        first = axis.cross(Vector3::Unit(smallest)).normalized();
+        second = axis.cross(first);
+    }
+};
+
 /// A shot from the tip to the base, where no moment is left: nodes counted from the base, position relative to the tip.
-/// Variations are by the rotation of the tip.
+/// Nothing turns the rod about its tangent, so that the tip's decides all but the directors. Variations are by
+/// rotations of the tip across its tangent; a rotation about it turns each node about its own and moves nothing.
 struct Shot {
     int pieces = 0;
-    std::array<rod::RodState<double>, most_pieces + 1> state;
-    std::array<std::array<rod::Variation<double>, 3>, most_pieces + 1> column;
+    Across tip{Vector3::UnitZ()};
+    std::array<rod::RodState<double>, most_pieces + 1> state;  // directors of the last shot that has them
+    std::array<std::array<rod::Variation<double>, 2>, most_pieces + 1> column;
 
+    Vector3 tangent(int node) const { return eigen(state[node].tangent); }
     Matrix3 rotation(int node) const {
-        const Vector3 t = eigen(state[node].tangent), d = eigen(state[node].director);
+        const Vector3 t = tangent(node), d = eigen(state[node].director);
         Matrix3 r;
         r << d, t.cross(d), t;
         return r;
     }
-    Matrix3 turned(int node) const { return by(node, &rod::Variation<double>::rotation); }
+    Matrix3 turned(int node) const {
+        return by(node, &rod::Variation<double>::rotation) + tangent(node) * tip.first.cross(tip.second).transpose();
+    }
     Matrix3 by(int node, Vec3<double> rod::Variation<double>::* part) const {
-        Matrix3 m;
-        for (int i = 0; i < 3; ++i) m.col(i) = eigen(column[node][i].*part);
-        return m;
+        return eigen(column[node][0].*part) * tip.first.transpose() +
+               eigen(column[node][1].*part) * tip.second.transpose();
     }
     double from_tip(int node) const { return 1.0 - static_cast<double>(node) / pieces; }
 };
 
-/// With `Columns` variations, by `steps` steps a piece.
-template <class Method, int Columns>
-void shoot(const Cantilever& rod, const Matrix3& tip, int pieces, int steps, Shot& shot) {
+/// Columns of variations: none, or both.
+template <class Method, int Columns, template <class> class State>
+void shoot(const Cantilever& rod, State<double> y, int pieces, int steps, Shot& shot) {
     const rod::Compliances<double> k(*rod.section);
     rod::Columns<double, Columns> z;
-    for (int i = 0; i < Columns; ++i) z.column[i].rotation = vec3(Vector3::Unit(i));
-    rod::RodState<double> y{{}, vec3(tip.col(2)), vec3(tip.col(0)), {}};
+    if constexpr (Columns == 2) {
+        shot.tip = Across(eigen(y.tangent));
+        z.column[0].rotation = vec3(shot.tip.first), z.column[1].rotation = vec3(shot.tip.second);
+    }
     Vec3<double> n = vec3(rod.tip_force);
     shot.pieces = pieces;
     for (int node = pieces; node >= 0; --node) {
-        shot.state[node] = y;
+        rod::RodState<double>& at = shot.state[node];
+        at.position = y.position, at.tangent = y.tangent, at.moment = y.moment;
+        if constexpr (requires { y.director; }) at.director = y.director;
         for (int i = 0; i < Columns; ++i) shot.column[node][i] = z.column[i];
         if (node > 0) rod::advance<Method, Columns>(k, rod.load, -rod.length / pieces, steps, n, y, z);
     }
 }
 
-/// Rotation of the tip that takes the base of the shot where it is clamped, to first order.
+/// What the tip starts from, without and with a director.
+rod::AxisState<double> bare_tip(const Vector3& tangent) { return {{}, vec3(tangent), {}}; }
+rod::RodState<double> whole_tip(const Vector3& tangent) { return {{}, vec3(tangent), vec3(Across(tangent).first), {}}; }
+
+/// Rotation of the tip that takes the base's tangent where it is clamped, to first order.
 Vector3 correction(const Cantilever& rod, const Shot& shot, const Matrix3& inverse) {
-    return -(inverse * log_so3(shot.rotation(0) * rod.base.rotation.transpose()));
+    const Vector3 clamped = rod.base.rotation.col(2), found = shot.tangent(0), across = clamped.cross(found);
+    const double sine = across.norm(), cosine = clamped.dot(found);
+    constexpr double small = 1e-9;  // of whose angle no more than rounding is lost
+    return -(inverse * across) * (sine < small && cosine > 0.0 ? 1.0 : std::atan2(sine, cosine) / sine);
+}
+
+/// Largest activity of the rod as one piece.
+double activity(const Cantilever& rod, const Shot& shot) {
+    double largest = 0.0;
+    for (int node = 0; node <= shot.pieces; ++node) {
+        Vector6 wrench;
+        wrench << rod.force(shot.from_tip(node)), eigen(shot.state[node].moment);
+        largest = std::max(largest, limb::activity(*rod.section, wrench, rod.length));
+    }
+    return largest;
 }
 
 /// No mode is unstable: the rotations that the tip's freedom leaves behind it nowhere turn back to zero.
@@ -110,7 +148,7 @@ bool surely_stable(const Shot& shot) {
 bool follows_its_forces(const Cantilever& rod, const Shot& shot) {
     constexpr double widest = 0.2;  // cosine of the angle
     for (int node = 0; node <= shot.pieces; ++node) {
-        const Vector3 t = eigen(shot.state[node].tangent);
+        const Vector3 t = shot.tangent(node);
         if (!(t.dot(rod.force(shot.from_tip(node))) >= 0.0 && t.dot(rod.base.rotation.col(2)) > widest)) return false;
     }
     return true;
@@ -133,8 +171,8 @@ Shape shape_of(const Cantilever& rod, const Placement& place, const Shot& shot) 
     return shape;
 }
 
-/// The shot's states after a small rotation of its tip.
-void turn_tip(Shot& shot, const Vector3& turn) {
+/// The shot's states after a small rotation of its tip, with directors as the base is clamped.
+void turn_tip(const Cantilever& rod, Shot& shot, const Vector3& turn) {
     for (int node = 0; node <= shot.pieces; ++node) {
         rod::RodState<double>& y = shot.state[node];
         const auto change = [&](Vec3<double> rod::Variation<double>::* part) {
@@ -143,6 +181,14 @@ void turn_tip(Shot& shot, const Vector3& turn) {
         const Matrix3 rotation = exp_so3(shot.turned(node) * turn) * shot.rotation(node);
         y.position += change(&rod::Variation<double>::position), y.moment += change(&rod::Variation<double>::moment);
         y.tangent = vec3(rotation.col(2)), y.director = vec3(rotation.col(0));
+    }
+    // An angle about the tangents, the same at every node.
+    const Vector3 clamped = rod.base.rotation.col(0);
+    const Matrix3 base = shot.rotation(0);
+    const double along = clamped.dot(base.col(0)), across = clamped.dot(base.col(1)), norm = std::hypot(along, across);
+    for (int node = 0; node <= shot.pieces; ++node) {
+        const Matrix3 rotation = shot.rotation(node);
+        shot.state[node].director = vec3(Vector3((along * rotation.col(0) + across * rotation.col(1)) / norm));
     }
 }
 
@@ -154,8 +200,8 @@ std::optional<Solution> solve_cantilever(const Geometry& geometry, const Scene& 
     // A rod whose shots grow by more is pulled so hard that rounding at its tip would be seen at its base.
     constexpr double largest_growth = 8.0;
     if (!(rod->growth() < largest_growth)) return std::nullopt;
-    const auto newton = [&](int pieces, Matrix3& tip, Matrix3& inverse, Shot& shot) {
-        shoot<rod::Rk4, 3>(*rod, tip, pieces, 1, shot);
+    const auto newton = [&](int pieces, Vector3& tip, Matrix3& inverse, Shot& shot) {
+        shoot<rod::Rk4, 2>(*rod, bare_tip(tip), pieces, 1, shot);
         inverse = shot.turned(0).inverse();
         const Vector3 turn = correction(*rod, shot, inverse);
         const double size = turn.norm(), largest = 0.7;
@@ -163,7 +209,8 @@ std::optional<Solution> solve_cantilever(const Geometry& geometry, const Scene& 
         return size;
     };
     Solution solution;
-    Matrix3 tip = rod->base.rotation, inverse;
+    Vector3 tip = rod->base.rotation.col(2);
+    Matrix3 inverse;
     Shot shot;
     // By coarse steps, until what a step leaves is less than their error.
     constexpr int most_coarse = 8, most_fine = 6;
@@ -174,21 +221,21 @@ std::optional<Solution> solve_cantilever(const Geometry& geometry, const Scene& 
         size = newton(coarse_pieces, tip, inverse, shot);
     }
     // Pieces such that one step each should meet the tolerance.
-    const double activity = rod_activity(scene, shape_of(*rod, geometry.segments[0].rods[0], shot), 0);
+    const double whole = activity(*rod, shot);
     const double longest = std::min(warm_piece, allowed_step(options.tolerance));
-    if (!(activity <= most_pieces * longest)) return std::nullopt;
-    const int wanted = std::max(1, static_cast<int>(std::ceil(activity / longest)));
+    if (!(whole <= most_pieces * longest)) return std::nullopt;
+    const int wanted = std::max(1, static_cast<int>(std::ceil(whole / longest)));
     // The forces fall towards the tip, and with them the error: two thirds mostly do, and the check tells.
     const int fewer = std::max(2, (2 * wanted + 2) / 3);
     for (const int pieces : {fewer, wanted}) {
         ++solution.iterations;
         double previous = newton(pieces, tip, inverse, shot), left = 1.0;
-        Vector3 reach;  // of the tip from the base, reversed
+        Vector3 reach = Vector3::Zero();  // of the tip from the base, reversed
         if (!surely_stable(shot) || !follows_its_forces(*rod, shot)) return std::nullopt;
         // By steps of the eighth order, with these slopes: each turn leaves the same share of the one before.
         for (int round = 0; !(left < 0.1 * options.tolerance); ++round) {
             if (round == most_fine || !std::isfinite(left)) return std::nullopt;
-            shoot<rod::Rk8, 0>(*rod, tip, pieces, 1, shot);
+            shoot<rod::Rk8, 0>(*rod, bare_tip(tip), pieces, 1, shot);
             const Vector3 turn = correction(*rod, shot, inverse);
             tip = exp_so3(turn) * tip;
             left = turn.norm() * std::min(turn.norm() / previous, 1.0);
@@ -196,9 +243,9 @@ std::optional<Solution> solve_cantilever(const Geometry& geometry, const Scene& 
             reach = eigen(shot.state[0].position) + shot.by(0, &rod::Variation<double>::position) * turn;
         }
         // The same with half the step tells the error, and is the answer.
-        shoot<rod::Rk8, 0>(*rod, tip, pieces, 2, shot);
+        shoot<rod::Rk8, 0>(*rod, whole_tip(tip), pieces, 2, shot);
         const Vector3 turn = correction(*rod, shot, inverse);
-        turn_tip(shot, turn);
+        turn_tip(*rod, shot, turn);
         solution.residual = turn.norm();
         solution.error_estimate =
             std::max(turn.norm(), (eigen(shot.state[0].position) - reach).norm() / geometry.length);

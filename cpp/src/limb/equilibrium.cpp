@@ -12,13 +12,6 @@
 namespace softlimb::limb {
 namespace {
 
-/// How much a rod bends and how fast its solutions grow over a length: what the accuracy of a step depends on.
-double activity(const Section& section, const Vector6& wrench, double length) {
-    const double compliance = 1.0 / std::min(section.bending, section.torsion);
-    return length * (wrench.tail<3>().norm() * compliance + std::sqrt(wrench.head<3>().norm() / section.bending) +
-                     std::abs(section.rest_twist));
-}
-
 double largest_force(const Shape& shape) {
     double square = 0.0;
     for (const RodShape& rod : shape.rods)
@@ -70,6 +63,12 @@ double rod_activity(const Section& section, const RodShape& rod, double length) 
 }
 
 }  // namespace
+
+double activity(const Section& section, const Vector6& wrench, double length) {
+    const double compliance = 1.0 / std::min(section.bending, section.torsion);
+    return length * (wrench.tail<3>().norm() * compliance + std::sqrt(wrench.head<3>().norm() / section.bending) +
+                     std::abs(section.rest_twist));
+}
 
 double rod_activity(const Scene& scene, const Shape& shape, std::size_t i) {
     return rod_activity(scene.rods[i].section, shape.rods[i], scene.rods[i].rest_length);

@@ -197,6 +197,8 @@ constexpr double newton_piece = 1.5;
 /// the count of modes relies on.
 constexpr double warm_piece = 2.7, largest_countable_piece = 3.0;
 
+/// How much a rod bends and how fast its solutions grow over a length: what the accuracy of a step depends on.
+double activity(const Section& section, const Vector6& wrench, double length);
 /// Largest activity of rod i, its whole length taken as one piece.
 double rod_activity(const Scene& scene, const Shape& shape, std::size_t i);
 /// Activity of a step that should meet the tolerance.

@@ -27,6 +27,13 @@ struct RodState {
     Vec3<S> position, tangent, director, moment;
 };
 
+/// The same of a rod that nothing turns about its tangent (no moment along it, no rest twist, no coupling), or whose
+/// spin is not asked for yet: without the director.
+template <class S>
+struct AxisState {
+    Vec3<S> position, tangent, moment;
+};
+
 /// What the variations need of one evaluation of the right-hand side.
 template <class S>
 struct Linearisation {
@@ -36,19 +43,34 @@ struct Linearisation {
 
 /// `K` gives the compliances shear = 1/GA, bending = 1/EI, torsion = 1/GJ, coupling, rest_twist, and the axial law as
 /// axial(force, strain, compliance), all over a `unit` of rest length, which rates, and `line_moment`, are then per.
+/// `coupled` is what a moment along the tangent adds to the stretch.
+template <class S, class K>
+SOFTLIMB_ALWAYS_INLINE AxisState<S> axis_rate(const K& k, const Vec3<S>& tangent, const Vec3<S>& moment,
+                                              const Vec3<S>& n, const Vec3<S>& line_moment, const S& coupled,
+                                              Linearisation<S>& at) {
+    const S n3 = dot(tangent, n);
+    S strain, axial_compliance;
+    k.axial(n3, strain, axial_compliance);
+    const S along = k.unit + strain + coupled - k.shear * n3;
+    const Vec3<S> velocity = k.shear * n + along * tangent;
+    at = {n, moment, tangent, velocity, axial_compliance};
+    return {velocity, cross(k.bending * moment, tangent), -along * cross(tangent, n) - line_moment};
+}
+
+template <class S, class K>
+SOFTLIMB_ALWAYS_INLINE AxisState<S> rate(const K& k, const AxisState<S>& y, const Vec3<S>& n,
+                                         const Vec3<S>& line_moment, Linearisation<S>& at) {
+    return axis_rate(k, y.tangent, y.moment, n, line_moment, S{}, at);
+}
+
 template <class S, class K>
 SOFTLIMB_ALWAYS_INLINE RodState<S> rate(const K& k, const RodState<S>& y, const Vec3<S>& n, const Vec3<S>& line_moment,
                                         Linearisation<S>& at) {
     const S n3 = dot(y.tangent, n), m3 = dot(y.tangent, y.moment);
-    S strain, axial_compliance;
-    k.axial(n3, strain, axial_compliance);
-    const S along = k.unit + strain + k.coupling * m3 - k.shear * n3;
     const S spin = k.rest_twist + k.coupling * n3 + k.torsion * m3 - k.bending * m3;
-    const Vec3<S> velocity = k.shear * n + along * y.tangent;
-    const Vec3<S> bend = k.bending * y.moment;
-    at = {n, y.moment, y.tangent, velocity, axial_compliance};
-    return {velocity, cross(bend, y.tangent), cross(bend + spin * y.tangent, y.director),
-            -along * cross(y.tangent, n) - line_moment};
+    const AxisState<S> axis = axis_rate(k, y.tangent, y.moment, n, line_moment, k.coupling * m3, at);
+    const Vec3<S> turn = k.bending * y.moment + spin * y.tangent;
+    return {axis.position, axis.tangent, cross(turn, y.director), axis.moment};
 }
 
 /// A variation: of position, of rotation (base axes) and of moment; that of n is constant along the rod.

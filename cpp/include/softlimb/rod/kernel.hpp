@@ -69,24 +69,50 @@ struct Columns {
     std::array<Vec3<S>, C> force{};
 };
 
+/// y + w dy: of what rates depend on, and with the position.
+template <class S>
+SOFTLIMB_ALWAYS_INLINE void add_but_position(AxisState<S>& y, const S& w, const AxisState<S>& dy) {
+    y.tangent += w * dy.tangent, y.moment += w * dy.moment;
+}
+template <class S>
+SOFTLIMB_ALWAYS_INLINE void add_but_position(RodState<S>& y, const S& w, const RodState<S>& dy) {
+    y.tangent += w * dy.tangent, y.director += w * dy.director, y.moment += w * dy.moment;
+}
+template <class S, template <class> class State>
+SOFTLIMB_ALWAYS_INLINE void add(State<S>& y, const S& w, const State<S>& dy) {
+    y.position += w * dy.position;
+    add_but_position(y, w, dy);
+}
+
+/// Directors leave orthonormality only by the integration error: takes it out.
+template <class S>
+SOFTLIMB_ALWAYS_INLINE void orthonormalise(AxisState<S>& y) {
+    y.tangent = normalised(y.tangent);
+}
+template <class S>
+SOFTLIMB_ALWAYS_INLINE void orthonormalise(RodState<S>& y) {
+    y.tangent = normalised(y.tangent);
+    y.director = normalised(y.director - dot(y.director, y.tangent) * y.tangent);
+}
+
 /// Advances state, force and variations over `length` in `steps` equal steps of the explicit tableau `Method`.
-template <class Method, int C, class S>
+template <class Method, int C, class S, template <class> class State>
 inline void advance(const Compliances<S>& k, const LineLoad<S>& load, const S& length, int steps, Vec3<S>& n,
-                    RodState<S>& y, Columns<S, C>& z) {
+                    State<S>& y, Columns<S, C>& z) {
     constexpr int stages = Method::stages;
     const S h = length * (1.0 / steps);
-    std::array<RodState<S>, stages> dy;
+    std::array<State<S>, stages> dy;
     std::array<std::array<Variation<S>, C>, stages> dz;
     for (int step = 0; step < steps; ++step) {
         unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
             constexpr int i = stage;
-            RodState<S> at = y;
+            State<S> at = y;
             std::array<Variation<S>, C> varied = z.column;
             unrolled<0, i>([&](auto before) SOFTLIMB_LAMBDA_INLINE {
                 constexpr int j = before;
                 if constexpr (Method::a[i][j] != 0.0) {
                     const S w = h * S(Method::a[i][j]);
-                    at.tangent += w * dy[j].tangent, at.director += w * dy[j].director, at.moment += w * dy[j].moment;
+                    add_but_position(at, w, dy[j]);
                     for (int c = 0; c < C; ++c)
                         varied[c].rotation += w * dz[j][c].rotation, varied[c].moment += w * dz[j][c].moment;
                 }
@@ -99,8 +125,7 @@ inline void advance(const Compliances<S>& k, const LineLoad<S>& load, const S& l
             constexpr int i = stage;
             if constexpr (Method::b[i] != 0.0) {
                 const S w = h * S(Method::b[i]);
-                y.position += w * dy[i].position, y.tangent += w * dy[i].tangent;
-                y.director += w * dy[i].director, y.moment += w * dy[i].moment;
+                add(y, w, dy[i]);
                 for (int c = 0; c < C; ++c) {
                     Variation<S>& out = z.column[c];
                     out.position += w * dz[i][c].position, out.rotation += w * dz[i][c].rotation;
@@ -110,9 +135,7 @@ inline void advance(const Compliances<S>& k, const LineLoad<S>& load, const S& l
         });
         n += -h * load.force;
     }
-    // The directors leave orthonormality only by the integration error: take it out.
-    y.tangent = normalised(y.tangent);
-    y.director = normalised(y.director - dot(y.director, y.tangent) * y.tangent);
+    orthonormalise(y);
 }
 
 }  // namespace softlimb::rod
