@@ -93,6 +93,23 @@ std::vector<limb::MaterialPoint> points_of(const Posture& posture, const std::ve
     return points;
 }
 
+/// (6, actuators), from what `by_rods` makes of the slopes of the rods.
+template <class ByRods>
+Array tip_by_pressures(const Made& made, ByRods&& by_rods) {
+    const auto& [members, pressures, model, valve] = made;
+    if (pressures.size() != members->actuators()) throw std::invalid_argument("one pressure an actuator is needed");
+    const std::vector<Vector6> moves =
+        by_rods(members->slopes_at(pressures.data(), section_model(model), valve_of(valve)));
+    Array jacobian({6, members->actuators()});
+    auto out = jacobian.mutable_unchecked<2>();
+    int column = 0;
+    for (const int rod : members->driven()) {
+        for (int k = 0; k < 6; ++k) out(k, column) = moves[rod](k);
+        ++column;
+    }
+    return jacobian;
+}
+
 }  // namespace
 
 void bind_derivatives(py::module_& m) {
@@ -129,19 +146,7 @@ void bind_derivatives(py::module_& m) {
         .def(
             "tip_by_pressures",
             [](Derivatives& d, const Made& made) {
-                const auto& [members, pressures, model, valve] = made;
-                if (pressures.size() != members->actuators())
-                    throw std::invalid_argument("one pressure an actuator is needed");
-                const std::vector<Vector6> by_rod =
-                    d.tip_by_rods(members->slopes_at(pressures.data(), section_model(model), valve_of(valve)));
-                Array jacobian({6, members->actuators()});
-                auto out = jacobian.mutable_unchecked<2>();
-                int column = 0;
-                for (const int rod : members->driven()) {
-                    for (int k = 0; k < 6; ++k) out(k, column) = by_rod[rod](k);
-                    ++column;
-                }
-                return jacobian;
+                return tip_by_pressures(made, [&](const auto& slopes) { return d.tip_by_rods(slopes); });
             },
             py::arg("made"), "Tip (dp, dtheta) by each pressure, (6, actuators).")
         .def("plate_stiffness", [](const Derivatives& d) { return matrix_array(d.plate_stiffness()); })
@@ -167,6 +172,13 @@ void bind_derivatives(py::module_& m) {
             },
             py::arg("weights"), py::arg("parameters"), py::arg("made"), py::arg("rods"), py::arg("fractions"),
             "Rows of weights times what `forward` gives, without forming it.");
+    m.def(
+        "tip_by_pressures",
+        [](const Posture& posture, const Made& made) {
+            return tip_by_pressures(made, [&](const auto& slopes) { return limb::tip_by_rods(posture, slopes); });
+        },
+        py::arg("followed"), py::arg("made"),
+        "The same of a posture that was followed, by the linearisation that its solve ended with.");
     m.def(
         "linearised",
         [](const std::shared_ptr<Posture>& posture, double tolerance) {

@@ -96,18 +96,16 @@ std::shared_ptr<Posture> solve(const std::shared_ptr<Geometry>& geometry, limb::
     options.tolerance = tolerance;
     options.prefer_stable = prefer_stable;
     std::optional<limb::Shape> shape;
-    if (start) {
-        shape = (*start)->solution.shape;
-    } else if (start_plates) {
+    if (!start && start_plates)
         shape = limb::start_from_plates(*geometry, posture->scene, poses_of(*start_plates));
-    }
     options.interrupted = [] {
         py::gil_scoped_acquire locked;
         return PyErr_CheckSignals() != 0;
     };
     try {
         py::gil_scoped_release unlocked;
-        posture->solution = limb::solve(*geometry, posture->scene, options, shape ? &*shape : nullptr);
+        posture->solution = start ? limb::solve(*geometry, posture->scene, options, (*start)->solved())
+                                  : limb::solve(*geometry, posture->scene, options, shape ? &*shape : nullptr);
     } catch (const solve::Interrupted&) {
         throw py::error_already_set();
     }
@@ -196,7 +194,7 @@ State posture_state(const Posture& p) {
     return py::make_tuple(geometry_state(*p.geometry), scene_state(p.scene), poses_array(s.shape.plates), rods,
                           static_cast<int>(s.status), s.message, s.plan, s.iterations, s.descent_iterations, s.residual,
                           s.error_estimate, s.conservative, s.stable, s.unstable_modes, vector_array(s.base_wrench),
-                          vectors_array(s.reactions), p.pressures);
+                          vectors_array(s.reactions), p.pressures, s.followed);
 }
 
 std::shared_ptr<Posture> posture_of(const State& t) {
@@ -225,6 +223,7 @@ std::shared_ptr<Posture> posture_of(const State& t) {
     const auto reactions = t[15].cast<Array>();
     for (py::ssize_t j = 0; j < reactions.shape(0); ++j) s.reactions.push_back(vector6_at(reactions, j));
     p->pressures = t[16].cast<std::vector<double>>();
+    s.followed = t[17].cast<bool>();
     return p;
 }
 
@@ -276,6 +275,8 @@ void bind_limb(py::module_& m) {
         .def_property_readonly("descent_iterations", [](const Posture& p) { return p.solution.descent_iterations; })
         .def_property_readonly("residual", [](const Posture& p) { return p.solution.residual; })
         .def_property_readonly("error_estimate", [](const Posture& p) { return p.solution.error_estimate; })
+        .def_property_readonly("followed", [](const Posture& p) { return p.solution.followed; },
+                               "Solved from a posture near by, and linearised at the answer.")
         .def_property_readonly("conservative", [](const Posture& p) { return p.solution.conservative; })
         .def_property_readonly("stable", [](const Posture& p) { return p.solution.stable; })
         .def_property_readonly("unstable_modes", [](const Posture& p) { return p.solution.unstable_modes; })

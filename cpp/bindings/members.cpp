@@ -108,7 +108,8 @@ public:
         };
         try {
             py::gil_scoped_release unlocked;
-            posture->solution = limb::solve(*geometry_, scene, options, from ? &from->solution.shape : nullptr);
+            posture->solution = from ? limb::solve(*geometry_, scene, options, from->solved())
+                                     : limb::solve(*geometry_, scene, options, nullptr);
         } catch (const solve::Interrupted&) {
             throw py::error_already_set();
         }

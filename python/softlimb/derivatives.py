@@ -435,7 +435,10 @@ def _matrix(posture: Posture, answers: _Answers, to: _Made) -> Array:
 
 def tip_by_pressures(posture: Posture) -> Array:
     """As `Posture.jacobian`."""
-    found: Array = posture._linear.tip_by_pressures(_made(posture))
+    solved, made = posture._solved, _made(posture)
+    found: Array = (
+        _core.tip_by_pressures(solved, made) if solved.followed else posture._linear.tip_by_pressures(made)
+    )
     return found
 
 

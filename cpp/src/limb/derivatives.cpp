@@ -530,4 +530,14 @@ MatrixXd Derivatives::adjoint(const MatrixXd& weights, const std::vector<SceneRa
     return found;
 }
 
+std::vector<Vector6> tip_by_rods(const Posture& followed, const std::vector<RodSlope>& slopes) {
+    const Solution& solution = followed.solution;
+    Equilibrium equilibrium(*followed.geometry, followed.scene, solution.linearisation);
+    if (!equilibrium.at_hand(solution.linearisation) && !equilibrium.linearise_at(solution.shape))
+        throw std::runtime_error("the stiffness is singular here, at a fold: no derivatives");
+    std::vector<Vector6> moves;
+    equilibrium.respond_to_rods(solution.shape, slopes, moves);
+    return moves;
+}
+
 }  // namespace softlimb::limb

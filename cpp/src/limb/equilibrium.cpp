@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -170,7 +171,21 @@ bool mesh_suffices(const Scene& scene, double tolerance, const Shape& shape) {
     return true;
 }
 
+Equilibrium::Equilibrium(const Geometry& geometry, const Scene& scene, LinearisationNumber number)
+    : Room([number](const EquilibriumRoom& room) {
+          if (room.number_ == 0) return 1;
+          return room.number_ == number ? 2 : 0;
+      }),
+      geometry_(geometry),
+      scene_(scene) {}
+
+LinearisationNumber Equilibrium::keep_linearisation() {
+    static std::atomic<LinearisationNumber> last{0};
+    return number_ = ++last;
+}
+
 void Equilibrium::resize(const Shape& shape) {
+    number_ = 0;
     const std::size_t rods = shape.rods.size();
     chains_.resize(rods), exact_.resize(rods), ends_.resize(rods), ends_after_.resize(rods);
     end_slopes_.resize(rods);
@@ -222,9 +237,10 @@ void Equilibrium::shoot(const Scene& scene, const Shape& shape, int finer,
     });
 }
 
-bool Equilibrium::linearise(const Shape& shape) {
+bool Equilibrium::linearise(const Scene& scene, const Shape& shape) {
     stable_beyond_ = -1.0;
-    integrate(scene_, shape, 1, [&](const rod::RodPiece& part, std::size_t i, int e) {
+    number_ = 0;
+    integrate(scene, shape, 1, [&](const rod::RodPiece& part, std::size_t i, int e) {
         const RodShape& rod = shape.rods[i];
         batch_.add(part, rod.nodes[e], rod.wrenches[e], exact_[i][e].target(rod.nodes[e + 1], chains_[i].element(e)));
     });
@@ -233,8 +249,8 @@ bool Equilibrium::linearise(const Shape& shape) {
             if (!element.regular()) return false;
         if (!chains_[i].condense(shift_, false, false)) return false;
     }
-    balance_.assemble(geometry_, scene_, shape.plates, chains_, false);
-    balance_.apply_holds(scene_, shape.plates, false);
+    balance_.assemble(geometry_, scene, shape.plates, chains_, false);
+    balance_.apply_holds(scene, shape.plates, false);
     for (int j = 0; j < geometry_.plates(); ++j) balance_.add_shift(j, shift_);
     return balance_.factor();
 }
@@ -569,6 +585,52 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
         }
         refined = true;
     }
+    return report;
+}
+
+NewtonReport Equilibrium::follow(const Scene& scene_before, const Shape& before, LinearisationNumber number,
+                                 Shape& shape, const NewtonSettings& settings, solve::Work& work) {
+    using solve::SolveStatus;
+    NewtonReport report;
+    report.status = SolveStatus::no_progress;
+    const bool linearised = at_hand(number);
+    resize(shape);
+    shift_.setZero();
+    neutral_.clear();
+    if (!linearised && !linearise(scene_before, before)) return report;
+    int pieces = 0;
+    for (const RodShape& rod : shape.rods) pieces += rod.elements();
+    // Each step leaves about the same share of what the one before it left.
+    constexpr double largest_share = 0.3;
+    constexpr int most_steps = 6;
+    Scales scales = scales_at(shape);
+    double previous = 0.0, share = 0.0, left = 1.0;
+    bool fine = false;
+    for (int step = 0;; ++step) {
+        if (step == most_steps || !work.spend(pieces)) return report;
+        propose_again(shape, fine ? 2 : 1);
+        const Step now = step_now(scales);
+        const bool shrinks = step > 0 ? now.size < largest_share * previous
+                                      : bounded_factor(shape, settings.largest_turn) == 1.0 && std::isfinite(now.size);
+        if (!shrinks) return report;
+        apply(geometry_, moves_, 1.0, shape);
+        scales = scales_at(shape);
+        if (step > 0) grow(share, now.size / previous);
+        previous = now.size;
+        left = share * now.size;
+        // The last steps are those of half the length: what they leave is judged, balances by their wrenches.
+        if (fine && left < 0.25 * settings.tolerance && share * now.wrench < 5.0 * settings.tolerance) break;
+        fine = step > 0 && share * left < 0.25 * settings.tolerance;
+    }
+    // The coarse steps' answer by the stiffness here, against this one: what half the step changes, which is the error.
+    if (!linearise(shape)) return report;
+    report.residual = relative_residual(shape, scales);
+    propose(shape);
+    report.error_estimate = step_now(scales).size + left;
+    if (!(report.error_estimate <= settings.tolerance)) return report;
+    report.iterations = 1;
+    report.status = SolveStatus::converged;
+    judge(shape, report, 0.0);
     return report;
 }
 

@@ -41,6 +41,37 @@ std::string millimetres(double length) {
 
 std::string count_of(int modes) { return std::to_string(modes) + (modes == 1 ? " unstable mode" : " unstable modes"); }
 
+// A cold start of the reference limb takes about 2 000 evaluations of its nine rods; a rod wound into five turns takes
+// 40 000.
+long budget_of(const Scene& scene) { return 40'000L * (1 + static_cast<long>(scene.rods.size())); }
+
+void note_columns(const Scene& scene, Solution& solution) {
+    if (!scene.loads_rods())
+        solution.plan.push_back("no gravity or other load along the rods: six columns a piece instead of eight");
+}
+
+bool same_place(const Pose& a, const Pose& b) { return a.position == b.position && a.rotation == b.rotation; }
+
+bool same_geometry(const Geometry& a, const Geometry& b) {
+    if (&a == &b) return true;
+    const auto same_rods = [](const Placement& p, const Placement& q) {
+        return same_place(p.base, q.base) && same_place(p.end, q.end);
+    };
+    const auto same_segments = [&](const Segment& s, const Segment& t) {
+        return s.plate_thickness == t.plate_thickness && s.plate_mass == t.plate_mass &&
+               std::equal(s.rods.begin(), s.rods.end(), t.rods.begin(), t.rods.end(), same_rods);
+    };
+    return a.length == b.length &&
+           std::equal(a.segments.begin(), a.segments.end(), b.segments.begin(), b.segments.end(), same_segments);
+}
+
+/// Whether the same freedoms are held, all turns of a plate or none: the stiffness of one scene then has the rows of the
+/// other's.
+bool same_freedoms(const Scene& a, const Scene& b) {
+    return std::equal(a.holds.begin(), a.holds.end(), b.holds.begin(), b.holds.end(),
+                      [](const Hold& p, const Hold& q) { return p.held == q.held && !p.partly_turned(); });
+}
+
 }  // namespace
 
 Solution solution_at(const Geometry& geometry, const Scene& scene, const Shape& shape, const NewtonReport& report) {
@@ -64,9 +95,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         if (std::optional<Solution> shot = solve_cantilever(geometry, scene, options)) return *std::move(shot);
     Solution solution;
     solution.conservative = scene.conservative();
-    // A cold start of the reference limb takes about 2 000 evaluations of its nine rods; a rod wound into five turns
-    // takes 40 000.
-    const long budget = 40'000L * (1 + static_cast<long>(scene.rods.size()));
+    const long budget = budget_of(scene);
     solve::Work work(budget, options.interrupted);
     solution.reactions.assign(geometry.plates(), Vector6::Zero());  // of a solve that fails: verification reads them
     Equilibrium equilibrium(geometry, scene);
@@ -78,8 +107,7 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
         if (attempt.report.neutral_mode)
             message += "; a move of the limb costs nothing here: the posture is one of many equal ones";
         solution.message = std::move(message);
-        if (!scene.loads_rods())
-            solution.plan.push_back("no gravity or other load along the rods: six columns a piece instead of eight");
+        note_columns(scene, solution);
         return std::move(solution);
     };
     // A saddle of the mesh is worth a word only if the exact rods have an unstable posture there too.
@@ -288,6 +316,35 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     if (carried > 0.0 && carried < 1.0)
         solution.message += "; grown from nothing, the loads without potential reached " +
                             std::to_string(static_cast<int>(100.0 * carried)) + " per cent";
+    return solution;
+}
+
+Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions& options, const Solved& start) {
+    const Solution& before = start.solution;
+    const auto generally = [&] { return solve(geometry, scene, options, &before.shape); };
+    if (before.status != SolveStatus::converged || !before.stable || !same_geometry(start.geometry, geometry) ||
+        !same_freedoms(start.scene, scene))
+        return generally();
+    Attempt attempt;
+    attempt.shape = before.shape;
+    choose_mesh(scene, options.tolerance, attempt.shape, warm_piece);
+    for (std::size_t i = 0; i < before.shape.rods.size(); ++i)
+        if (attempt.shape.rods[i].elements() != before.shape.rods[i].elements()) return generally();
+    Equilibrium equilibrium(geometry, scene, before.linearisation);
+    NewtonSettings settings;
+    settings.tolerance = options.tolerance;
+    solve::Work work(budget_of(scene), options.interrupted);
+    attempt.report = equilibrium.follow(start.scene, before.shape, before.linearisation, attempt.shape, settings, work);
+    if (!attempt.stable() || attempt.report.neutral_mode || !mesh_suffices(scene, options.tolerance, attempt.shape))
+        return generally();
+    Solution solution;
+    solution.conservative = scene.conservative();
+    solution.iterations = attempt.report.iterations;
+    solution.message = "converged";
+    solution.plan.push_back("started from the given posture: Newton alone, the first steps with its stiffness");
+    note_columns(scene, solution);
+    fill(scene, equilibrium, std::move(attempt), solution);
+    solution.followed = true, solution.linearisation = equilibrium.keep_linearisation();
     return solution;
 }
 

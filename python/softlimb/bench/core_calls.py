@@ -29,6 +29,15 @@ class _Call:
     options: dict[str, Any]
     result: Any
 
+    def repeated(self, postures: dict[int, _core.Posture]) -> Any:
+        """Its result when it is made again; ``postures`` are those of the calls before it, by their first one's id."""
+        given = [postures.get(id(value), value) for value in self.arguments]
+        options = {key: postures.get(id(value), value) for key, value in self.options.items()}
+        result = self.function(*given, **options)
+        if isinstance(result, _core.Posture):
+            postures[id(self.result)] = result
+        return result
+
 
 @dataclass
 class CoreCalls:
@@ -48,9 +57,10 @@ class CoreCalls:
         return found
 
     def again(self) -> None:
-        """Make the calls once more."""
+        """Make the calls once more: one that was given the posture of an earlier one is given its posture of now."""
+        postures: dict[int, _core.Posture] = {}
         for call in self.calls:
-            call.function(*call.arguments, **call.options)
+            call.repeated(postures)
 
     def counts(self) -> Counter[str]:
         """How often each function is called."""
@@ -64,8 +74,9 @@ class CoreCalls:
         """Why the calls do not stand for the question: there are none, or they answer otherwise the second time."""
         if not self.calls:
             return "no call of the core was seen"
+        postures: dict[int, _core.Posture] = {}
         for call in self.calls:
-            result = call.function(*call.arguments, **call.options)
+            result = call.repeated(postures)
             if isinstance(result, _core.Posture) and not np.array_equal(result.plates, call.result.plates):
                 return f"{call.name} gives another posture when it is called again"
         return None

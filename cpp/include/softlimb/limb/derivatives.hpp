@@ -94,7 +94,7 @@ public:
     /// of held freedoms are zero.
     Eigen::MatrixXd plate_stiffness() const;
 
-    /// Tip (dp, dtheta) by a parameter of each rod in turn: what `forward` gives, one column a piece and no more.
+    /// As the function of that name.
     std::vector<Vector6> tip_by_rods(const std::vector<RodSlope>& slopes);
 
     /// Answers by parameters, (6 plates + 3 points) x rates.
@@ -125,5 +125,9 @@ private:
     mutable std::vector<solve::BlockTridiagonal> transposed_;
     mutable std::once_flag transpose_;
 };
+
+/// Tip (dp, dtheta) by a parameter of each rod in turn: what `forward` gives, one column a piece and no more. Of a
+/// posture that was followed, by the linearisation that its solve ended with: at hand, or taken again to the same bits.
+std::vector<Vector6> tip_by_rods(const Posture& followed, const std::vector<RodSlope>& slopes);
 
 }  // namespace softlimb::limb

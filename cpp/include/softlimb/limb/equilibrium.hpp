@@ -12,6 +12,7 @@
 // base, misses its second node has a gap; gaps and balances vanish together. The wrenches are condensed piece by piece,
 // the nodes rod by rod, so that one 6 x 6 block row a plate remains.
 // Source: Zhang et al. eq. 4-10; cpp/MECHANICS.md, "Limb" and "Newton".
+#include <cstdint>
 #include <functional>
 
 #include "softlimb/limb/balance.hpp"
@@ -65,6 +66,9 @@ struct NewtonReport {
     int modes() const { return plate_modes + rod_modes; }
 };
 
+/// Tells the linearisations of a program from each other. Zero: none that was given a number.
+using LinearisationNumber = std::uint64_t;
+
 /// What an equilibrium works in. Handed from one to the next on a thread, so that a limb solved again and again makes
 /// room once.
 struct EquilibriumRoom {
@@ -82,16 +86,28 @@ struct EquilibriumRoom {
     std::vector<std::vector<Vector6>> gaps_, interior_;
     std::vector<Vector12> rod_forces_;
     std::vector<Vector6> plate_forces_, carried_, hold_rows_;
+    LinearisationNumber number_ = 0;  // of the last linearisation
 };
 
 class Equilibrium : private solve::Room<EquilibriumRoom> {
     friend class Derivatives;  // which reads the last linearisation
 
 public:
-    Equilibrium(const Geometry& geometry, const Scene& scene) : geometry_(geometry), scene_(scene) {}
+    Equilibrium(const Geometry& geometry, const Scene& scene) : Equilibrium(geometry, scene, 0) {}
+    /// With the linearisation of that number at hand, where this thread still has it.
+    Equilibrium(const Geometry& geometry, const Scene& scene, LinearisationNumber number);
+    bool at_hand(LinearisationNumber number) const { return number != 0 && number == number_; }
+    /// Gives the last linearisation a number: it stays at hand for an equilibrium that asks for it, among the last few.
+    LinearisationNumber keep_linearisation();
 
     /// Newton from `shape` (plates, nodes, wrenches); the shape is left at the best point.
     NewtonReport solve(Shape& shape, const NewtonSettings& settings, solve::Work& work, Border* border = nullptr);
+
+    /// From a posture near by, with its stiffness: that of `before`, which has the pieces of `shape`, in its own scene.
+    /// One linearisation, at the answer, which judges it and may be kept. Gives up (status: no_progress) where the steps
+    /// do not shrink as they should or the pieces' steps are too long; `shape` is then anywhere.
+    NewtonReport follow(const Scene& scene_before, const Shape& before, LinearisationNumber number, Shape& shape,
+                        const NewtonSettings& settings, solve::Work& work);
 
     /// Moves of everything by unit parameter, at the last solution.
     Moves response_to_parameter(const Shape& shape, const Border& border);
@@ -145,7 +161,8 @@ private:
     template <class Add>
     void integrate(const Scene& scene, const Shape& shape, int finer, Add&& add);
     void shoot(const Scene& scene, const Shape& shape, int finer, std::vector<std::vector<rod::EndState>>& ends);
-    bool linearise(const Shape& shape);
+    bool linearise(const Shape& shape) { return linearise(scene_, shape); }
+    bool linearise(const Scene& scene, const Shape& shape);
     void propose(const Shape& shape);
     /// Moves that meet the residual at `shape`, integrated with `finer` times its steps, by the last linearisation's
     /// stiffness. What is not finite there leaves a move of its piece that is not.

@@ -13,6 +13,8 @@ struct Posture {
     Scene scene;
     Solution solution;
     std::vector<double> pressures{};  // of the actuators, where the rods came from pressures [Pa]
+
+    Solved solved() const { return {*geometry, scene, solution}; }
 };
 
 /// State of a rod at a point, base axes; strains v and curvatures u in section axes.

@@ -1,6 +1,7 @@
 #pragma once
 // The plan of a solve: where to start, how to get near, when to believe the answer.
 //
+//   near:  a posture is given     -> steps with its stiffness, one linearisation at the answer; else warm
 //   warm:  a shape is given       -> exact Newton; accepted when it converges and is stable
 //   cold:  constant curvature     -> descent on few geodesic elements -> finer elements, descent -> exact Newton
 //   check: same basin as the descent, unstable modes counted; if unstable, leave along the mode and descend again
@@ -36,6 +37,8 @@ struct Solution {
     std::optional<int> unstable_modes;  // none without a potential, or without a solution
     Vector6 base_wrench = Vector6::Zero();
     std::vector<Vector6> reactions;
+    bool followed = false;  // from a posture near by: the linearisation that judged it is the one at the answer
+    LinearisationNumber linearisation = 0;  // that one, while its thread keeps it
 };
 
 /// What is known of an equilibrium that Newton converged to: outcome, stability, base wrench, reactions.
@@ -43,5 +46,16 @@ Solution solution_at(const Geometry& geometry, const Scene& scene, const Shape& 
 
 /// Equilibrium of the scene. Never raises for a scene that has none: the status says so.
 Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions& options, const Shape* start);
+
+/// A scene with its solution.
+struct Solved {
+    const Geometry& geometry;
+    const Scene& scene;
+    const Solution& solution;
+};
+
+/// The same from a posture that was solved before: where it is near, with its stiffness (Equilibrium::follow). The
+/// answer does not depend on whether that stiffness is still at hand.
+Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions& options, const Solved& start);
 
 }  // namespace softlimb::limb

@@ -12,13 +12,19 @@ class Room : protected T {
 protected:
     Room() {
         std::vector<T>& idle = left();
-        if (idle.empty()) return;
-        static_cast<T&>(*this) = std::move(idle.back());
-        idle.pop_back();
+        if (!idle.empty()) take(idle.size() - 1);
+    }
+    /// Of the idle ones the one that `worth` ranks first, the last of equals. One of no worth (zero or less) is left for
+    /// whom it serves while there is room for another.
+    template <class Worth>
+    explicit Room(Worth&& worth) {
+        std::vector<T>& idle = left();
+        std::size_t best = 0;
+        for (std::size_t i = 1; i < idle.size(); ++i)
+            if (worth(idle[i]) >= worth(idle[best])) best = i;
+        if (!idle.empty() && (worth(idle[best]) > 0 || idle.size() == most)) take(best);
     }
     ~Room() {
-        // A solve nests a few others at most; more is nothing to keep.
-        constexpr std::size_t most = 4;
         std::vector<T>& idle = left();
         if (idle.capacity() < most) idle.reserve(most);
         if (idle.size() < most) idle.push_back(std::move(static_cast<T&>(*this)));
@@ -27,6 +33,14 @@ protected:
     Room& operator=(const Room&) = delete;
 
 private:
+    // A solve nests a few others at most; more is nothing to keep.
+    static constexpr std::size_t most = 4;
+
+    void take(std::size_t i) {
+        std::vector<T>& idle = left();
+        static_cast<T&>(*this) = std::move(idle[i]);
+        idle.erase(idle.begin() + static_cast<std::ptrdiff_t>(i));
+    }
     static std::vector<T>& left() {
         thread_local std::vector<T> idle;
         return idle;
