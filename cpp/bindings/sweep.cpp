@@ -100,7 +100,7 @@ void sweep_rows(const std::shared_ptr<limb::Geometry>& geometry, const std::shar
     options.tolerance = tolerance, options.prefer_stable = prefer_stable;
     options.ordered = ordered, options.threads = threads;
     if (atlas) options.atlas = atlas->get();
-    if (start) options.start = &(*start)->solution.shape;
+    if (start) options.start = start->get();
     std::vector<Pose> first;
     if (start_plates) first = poses_of(*start_plates), options.start_plates = &first;
 

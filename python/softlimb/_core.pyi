@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Atlas', 'CHUNK_ROWS', 'Derivatives', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'NeuralPid', 'Ogden', 'Parameters', 'Pid', 'PlainSolver', 'Plant', 'Posture', 'PressureLoop', 'Reached', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'law_coefficients', 'linearised', 'orifice_flow', 'plain_reach', 'potential_energy', 'potential_energy_slopes', 'reach', 'rest_length_slopes', 'rod_end', 'status_names', 'survey_rows', 'sweep_rows', 'thread_geometry', 'use_instruction_set', 'yardstick']
+__all__: list[str] = ['Atlas', 'CHUNK_ROWS', 'Derivatives', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'NeuralPid', 'Ogden', 'Parameters', 'Pid', 'PlainSolver', 'Plant', 'Posture', 'PressureLoop', 'Reached', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'law_coefficients', 'linearised', 'orifice_flow', 'plain_reach', 'potential_energy', 'potential_energy_slopes', 'reach', 'rest_length_slopes', 'rod_end', 'status_names', 'survey_rows', 'sweep_rows', 'thread_geometry', 'tip_by_pressures', 'use_instruction_set', 'yardstick']
 class Section:
     """
     Stiffness of a rod's cross-section, per rest length, SI.
@@ -2190,6 +2190,11 @@ class Posture:
     def error_estimate(self) -> float:
         ...
     @property
+    def followed(self) -> bool:
+        """
+        Solved from a posture near by, and linearised at the answer.
+        """
+    @property
     def iterations(self) -> int:
         ...
     @property
@@ -2702,6 +2707,10 @@ def thread_geometry(*, inner: typing.SupportsFloat | typing.SupportsIndex, outer
     ------
     ValueError
         A length is not positive, the turns overlap, or the angle is outside (0, pi/2).
+    """
+def tip_by_pressures(followed: Posture, made: tuple[Members, typing.Annotated[numpy.typing.ArrayLike, numpy.float64], str, str]) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    The same of a posture that was followed, by the linearisation that its solve ended with.
     """
 def use_instruction_set(name: str) -> None:
     """

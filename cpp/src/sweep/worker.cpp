@@ -48,7 +48,14 @@ void Worker::run_row_by_row() {
 void Worker::solve_by_itself(std::int64_t row) {
     const double* pressures = pressures_of(row);
     if (!put_at_pressures(row, posture_.scene)) return;
-    posture_.solution = limb::solve(job_.geometry, posture_.scene, options_, start_of_row(pressures));
+    const limb::Shape* led = trail_.start(job_.geometry, pressures);
+    if (!led && job_.options.start_plates) {
+        given_ = limb::start_from_plates(job_.geometry, posture_.scene, *job_.options.start_plates);
+        led = &given_;
+    }
+    posture_.solution = !led && job_.options.start
+                            ? limb::solve(job_.geometry, posture_.scene, options_, job_.options.start->solved())
+                            : limb::solve(job_.geometry, posture_.scene, options_, led);
     finish(row);
     if (job_.options.ordered && posture_.solution.status == SolveStatus::converged)
         trail_.add(pressures, std::move(posture_.solution.shape));
@@ -67,13 +74,6 @@ bool Worker::put_at_pressures(std::int64_t row, limb::Scene& scene) {
     messages.push_back({row, job_.members.reason(refusal)});
     write(row, {});
     return false;
-}
-
-const limb::Shape* Worker::start_of_row(const double* pressures) {
-    if (const limb::Shape* shape = trail_.start(job_.geometry, pressures)) return shape;
-    if (!job_.options.start_plates) return job_.options.start;
-    given_ = limb::start_from_plates(job_.geometry, posture_.scene, *job_.options.start_plates);
-    return &given_;
 }
 
 void Worker::finish(std::int64_t row) {

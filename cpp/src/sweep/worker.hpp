@@ -73,11 +73,10 @@ private:
     }
 
     const double* pressures_of(std::int64_t row) const { return job_.pressures + row * job_.members.actuators(); }
+    /// From the rows of its chunk that converged; else from what the sweep was given.
     void solve_by_itself(std::int64_t row);
     /// Puts the rods of a scene at a row's pressures. False where an actuator has no state there: the row is done then.
     bool put_at_pressures(std::int64_t row, limb::Scene& scene);
-    /// Where a row begins: from the rows of its chunk that converged; else from what the sweep was given.
-    const limb::Shape* start_of_row(const double* pressures);
 
     /// Takes rows and finds their starts; those that an actuator refuses are done. False where there are no more.
     bool prepare(const Atlas& atlas, std::vector<Lane>& fresh, std::size_t& ready);

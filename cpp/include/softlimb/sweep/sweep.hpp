@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "softlimb/limb/solver.hpp"
+#include "softlimb/limb/posture.hpp"
 #include "softlimb/sweep/atlas.hpp"
 #include "softlimb/sweep/members.hpp"
 
@@ -27,7 +27,7 @@ struct SweepOptions {
     bool prefer_stable = true;
     bool ordered = false;  // each row starts from those before it in its chunk, see trail.hpp
     int threads = 1;
-    const limb::Shape* start = nullptr;               // of rows that start by themselves: a shape,
+    const limb::Posture* start = nullptr;             // of rows that start by themselves: a posture,
     const std::vector<Pose>* start_plates = nullptr;  // or plates; neither: by limb::solve's own rule
     const Atlas* atlas = nullptr;                     // of rows that are solved side by side; not with a start
 };
