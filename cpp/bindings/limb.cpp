@@ -96,8 +96,7 @@ std::shared_ptr<Posture> solve(const std::shared_ptr<Geometry>& geometry, limb::
     options.tolerance = tolerance;
     options.prefer_stable = prefer_stable;
     std::optional<limb::Shape> shape;
-    if (!start && start_plates)
-        shape = limb::start_from_plates(*geometry, posture->scene, poses_of(*start_plates));
+    if (!start && start_plates) shape = limb::start_from_plates(*geometry, posture->scene, poses_of(*start_plates));
     options.interrupted = [] {
         py::gil_scoped_acquire locked;
         return PyErr_CheckSignals() != 0;
@@ -275,8 +274,9 @@ void bind_limb(py::module_& m) {
         .def_property_readonly("descent_iterations", [](const Posture& p) { return p.solution.descent_iterations; })
         .def_property_readonly("residual", [](const Posture& p) { return p.solution.residual; })
         .def_property_readonly("error_estimate", [](const Posture& p) { return p.solution.error_estimate; })
-        .def_property_readonly("followed", [](const Posture& p) { return p.solution.followed; },
-                               "Solved from a posture near by, and linearised at the answer.")
+        .def_property_readonly(
+            "followed", [](const Posture& p) { return p.solution.followed; },
+            "Solved from a posture near by, and linearised at the answer.")
         .def_property_readonly("conservative", [](const Posture& p) { return p.solution.conservative; })
         .def_property_readonly("stable", [](const Posture& p) { return p.solution.stable; })
         .def_property_readonly("unstable_modes", [](const Posture& p) { return p.solution.unstable_modes; })

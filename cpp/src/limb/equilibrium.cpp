@@ -600,27 +600,35 @@ NewtonReport Equilibrium::follow(const Scene& scene_before, const Shape& before,
     if (!linearised && !linearise(scene_before, before)) return report;
     int pieces = 0;
     for (const RodShape& rod : shape.rods) pieces += rod.elements();
-    // Each step leaves about the same share of what the one before it left.
-    constexpr double largest_share = 0.3;
+    // Each step leaves about the same share of what the one before it left: the first about three times its own size.
+    // The first one that is integrated with half the step brings in what the coarse ones err by as well: no more than
+    // the tolerance, or the last word below is no.
     constexpr int most_steps = 6;
+    const double target = 0.25 * settings.tolerance;
     Scales scales = scales_at(shape);
-    double previous = 0.0, share = 0.0, left = 1.0;
-    bool fine = false;
-    for (int step = 0;; ++step) {
-        if (step == most_steps || !work.spend(pieces)) return report;
-        propose_again(shape, fine ? 2 : 1);
+    double share = 0.0, left = 1.0, previous = 0.0;
+    for (int step = 0, fine = 0;; ++step) {
+        if (!work.spend(pieces)) return report;
+        propose_again(shape, fine > 0 ? 2 : 1);
         const Step now = step_now(scales);
-        const bool shrinks = step > 0 ? now.size < largest_share * previous
-                                      : bounded_factor(shape, settings.largest_turn) == 1.0 && std::isfinite(now.size);
-        if (!shrinks) return report;
+        if (!std::isfinite(now.size) || bounded_factor(shape, settings.largest_turn) != 1.0) return report;
+        if (step > 0) {
+            const double brought_in = fine == 1 ? settings.tolerance : 0.01 * settings.tolerance;
+            const double found = (now.size - brought_in) / previous;
+            constexpr double largest_share = 0.3;
+            if (found > largest_share) return report;
+            grow(share, found);
+        }
         apply(geometry_, moves_, 1.0, shape);
+        report.nearer = true;
         scales = scales_at(shape);
-        if (step > 0) grow(share, now.size / previous);
         previous = now.size;
-        left = share * now.size;
-        // The last steps are those of half the length: what they leave is judged, balances by their wrenches.
-        if (fine && left < 0.25 * settings.tolerance && share * now.wrench < 5.0 * settings.tolerance) break;
-        fine = step > 0 && share * left < 0.25 * settings.tolerance;
+        const double leaves = step > 0 ? share : 3.0 * now.size;
+        left = leaves * now.size;
+        // What the last steps leave is judged, balances by their wrenches.
+        if (fine > 0 && left < target && share * now.wrench < 5.0 * settings.tolerance) break;
+        if (std::pow(leaves, most_steps - 1 - step) * now.size > target) return report;
+        if (fine > 0 || leaves * left < target) ++fine;
     }
     // The coarse steps' answer by the stiffness here, against this one: what half the step changes, which is the error.
     if (!linearise(shape)) return report;

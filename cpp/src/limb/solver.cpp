@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "softlimb/largest.hpp"
 #include "softlimb/limb/attempt.hpp"
 #include "softlimb/limb/cantilever.hpp"
 #include "softlimb/limb/detour.hpp"
@@ -65,8 +66,16 @@ bool same_geometry(const Geometry& a, const Geometry& b) {
            std::equal(a.segments.begin(), a.segments.end(), b.segments.begin(), b.segments.end(), same_segments);
 }
 
-/// Whether the same freedoms are held, all turns of a plate or none: the stiffness of one scene then has the rows of the
-/// other's.
+/// Largest relative change of a rest length.
+double lengthening(const Scene& before, const Scene& now) {
+    double largest = 0.0;
+    for (std::size_t i = 0; i < now.rods.size(); ++i)
+        grow(largest, std::abs(now.rods[i].rest_length / before.rods[i].rest_length - 1.0));
+    return largest;
+}
+
+/// Whether the same freedoms are held, all turns of a plate or none: the stiffness of one scene then has the rows of
+/// the other's.
 bool same_freedoms(const Scene& a, const Scene& b) {
     return std::equal(a.holds.begin(), a.holds.end(), b.holds.begin(), b.holds.end(),
                       [](const Hold& p, const Hold& q) { return p.held == q.held && !p.partly_turned(); });
@@ -321,22 +330,30 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
 
 Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions& options, const Solved& start) {
     const Solution& before = start.solution;
-    const auto generally = [&] { return solve(geometry, scene, options, &before.shape); };
+    // Without a linearisation of its own a start is worth one where the answer is probably near enough to be followed.
+    constexpr double near_lengthening = 0.005;
     if (before.status != SolveStatus::converged || !before.stable || !same_geometry(start.geometry, geometry) ||
-        !same_freedoms(start.scene, scene))
-        return generally();
+        !same_freedoms(start.scene, scene) ||
+        (!before.followed && !(lengthening(start.scene, scene) < near_lengthening)))
+        return solve(geometry, scene, options, &before.shape);
     Attempt attempt;
     attempt.shape = before.shape;
     choose_mesh(scene, options.tolerance, attempt.shape, warm_piece);
-    for (std::size_t i = 0; i < before.shape.rods.size(); ++i)
-        if (attempt.shape.rods[i].elements() != before.shape.rods[i].elements()) return generally();
+    // Steps that the check asked to be shorter are asked to be so again, unless they now are by far.
+    const bool as_short = before.error_estimate > options.tolerance / 256.0;
+    for (std::size_t i = 0; i < before.shape.rods.size(); ++i) {
+        const RodShape& rod = before.shape.rods[i];
+        RodShape& now = attempt.shape.rods[i];
+        if (now.elements() != rod.elements()) return solve(geometry, scene, options, &before.shape);
+        if (as_short && rod.integration.steps > now.integration.steps) ++now.integration.steps;
+    }
     Equilibrium equilibrium(geometry, scene, before.linearisation);
     NewtonSettings settings;
     settings.tolerance = options.tolerance;
     solve::Work work(budget_of(scene), options.interrupted);
     attempt.report = equilibrium.follow(start.scene, before.shape, before.linearisation, attempt.shape, settings, work);
     if (!attempt.stable() || attempt.report.neutral_mode || !mesh_suffices(scene, options.tolerance, attempt.shape))
-        return generally();
+        return solve(geometry, scene, options, attempt.report.nearer ? &attempt.shape : &before.shape);
     Solution solution;
     solution.conservative = scene.conservative();
     solution.iterations = attempt.report.iterations;

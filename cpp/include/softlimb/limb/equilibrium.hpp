@@ -63,6 +63,7 @@ struct NewtonReport {
     int plate_modes = 0;          // negative eigenvalues of the condensed stiffness (symmetric part)
     int rod_modes = 0;            // negative pivots of the rods between held plates: conjugate points, exactly, because
                                   // the mesh keeps each piece far too short to buckle between its own nodes
+    bool nearer = false;          // `follow` has taken whole steps: where it gave up, its shape is the better start
     int modes() const { return plate_modes + rod_modes; }
 };
 
@@ -104,8 +105,8 @@ public:
     NewtonReport solve(Shape& shape, const NewtonSettings& settings, solve::Work& work, Border* border = nullptr);
 
     /// From a posture near by, with its stiffness: that of `before`, which has the pieces of `shape`, in its own scene.
-    /// One linearisation, at the answer, which judges it and may be kept. Gives up (status: no_progress) where the steps
-    /// do not shrink as they should or the pieces' steps are too long; `shape` is then anywhere.
+    /// One linearisation, at the answer, which judges it and may be kept. Gives up (status: no_progress) where that
+    /// takes too many steps or longer ones of the integration than the tolerance allows.
     NewtonReport follow(const Scene& scene_before, const Shape& before, LinearisationNumber number, Shape& shape,
                         const NewtonSettings& settings, solve::Work& work);
 
