@@ -11,7 +11,7 @@ import functools
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -28,15 +28,7 @@ class _Call:
     arguments: tuple[Any, ...]
     options: dict[str, Any]
     result: Any
-
-    def repeated(self, postures: dict[int, _core.Posture]) -> Any:
-        """Its result when it is made again; ``postures`` are those of the calls before it, by their first one's id."""
-        given = [postures.get(id(value), value) for value in self.arguments]
-        options = {key: postures.get(id(value), value) for key, value in self.options.items()}
-        result = self.function(*given, **options)
-        if isinstance(result, _core.Posture):
-            postures[id(self.result)] = result
-        return result
+    chained: tuple[tuple[int | str, int], ...]  # arguments that are postures found by earlier calls, and which calls
 
 
 @dataclass
@@ -56,11 +48,22 @@ class CoreCalls:
             question()
         return found
 
-    def again(self) -> None:
+    def again(self) -> list[Any]:
         """Make the calls once more: one that was given the posture of an earlier one is given its posture of now."""
-        postures: dict[int, _core.Posture] = {}
+        results: list[Any] = []
         for call in self.calls:
-            call.repeated(postures)
+            arguments, options = call.arguments, call.options
+            if call.chained:
+                given = list(arguments)
+                options = options.copy()
+                for place, earlier in call.chained:
+                    if isinstance(place, int):
+                        given[place] = results[earlier]
+                    else:
+                        options[place] = results[earlier]
+                arguments = tuple(given)
+            results.append(call.function(*arguments, **options))
+        return results
 
     def counts(self) -> Counter[str]:
         """How often each function is called."""
@@ -68,15 +71,13 @@ class CoreCalls:
 
     def only(self, name: str) -> CoreCalls:
         """The calls of one function."""
-        return CoreCalls([call for call in self.calls if call.name == name])
+        return CoreCalls([replace(call, chained=()) for call in self.calls if call.name == name])
 
     def fault(self) -> str | None:
         """Why the calls do not stand for the question: there are none, or they answer otherwise the second time."""
         if not self.calls:
             return "no call of the core was seen"
-        postures: dict[int, _core.Posture] = {}
-        for call in self.calls:
-            result = call.repeated(postures)
+        for call, result in zip(self.calls, self.again(), strict=True):
             if isinstance(result, _core.Posture) and not np.array_equal(result.plates, call.result.plates):
                 return f"{call.name} gives another posture when it is called again"
         return None
@@ -124,7 +125,11 @@ def _spy(name: str, function: Callable[..., Any], calls: list[_Call], inside: li
             result = function(*arguments, **options)
         finally:
             inside[0] = False
-        calls.append(_Call(name, function, kept, named, result))
+        # The last call that gave a posture: the same one may come from several.
+        found = {id(call.result): n for n, call in enumerate(calls) if isinstance(call.result, _core.Posture)}
+        places: list[tuple[int | str, Any]] = [*enumerate(kept), *named.items()]
+        chained = tuple((place, found[id(value)]) for place, value in places if id(value) in found)
+        calls.append(_Call(name, function, kept, named, result, chained))
         return result
 
     return spy

@@ -220,8 +220,13 @@ def _parts(question: Question, calls: Sequence[CoreCalls]) -> dict[str, tuple[fl
 # --- the questions -------------------------------------------------------------------------------------------------
 
 
-def warm(segments: Sequence[str] = presets.REFERENCE_SEGMENTS) -> Callable[[Effort], Question]:
-    """A walk of pressures on the reference limb or part of it, each solve from the posture before it."""
+def warm(
+    segments: Sequence[str] = presets.REFERENCE_SEGMENTS, asked: Callable[[Posture], Any] = lambda _: None
+) -> Callable[[Effort], Question]:
+    """A walk of pressures on the reference limb or part of it, each solve from the posture before it.
+
+    ``asked`` is what each posture is asked for before the next solve.
+    """
 
     def question(effort: Effort) -> Question:
         limb = presets.reference_limb(segments)
@@ -233,6 +238,7 @@ def warm(segments: Sequence[str] = presets.REFERENCE_SEGMENTS) -> Callable[[Effo
             found, posture = [], before
             for row in rows[1:]:
                 posture = limb.solve(row, start=posture, **loads)
+                asked(posture)
                 found.append(posture)
             return found
 
@@ -373,36 +379,26 @@ def python_call(entry: Entry, clock: Clock, effort: Effort) -> Iterator[Row]:
 
 
 def jacobian(entry: Entry, clock: Clock, effort: Effort) -> Iterator[Row]:
-    """Jacobians of fresh postures over the warm solves that found them."""
-    question = warm()(effort)
-    fault, solve_calls = _prepared(question)
-    (ask,) = question.walks
-    fault = fault or checks.jacobian_fault(ask()[-1])
+    """What a walk takes longer that asks each posture for its Jacobian, over what it takes without."""
+    questions = warm()(effort), warm(asked=lambda posture: posture.jacobian)(effort)
+    prepared = [_prepared(question) for question in questions]
+    fault = checks.first(found for found, _ in prepared) or _jacobian_fault(questions[1])
     if fault is not None:
         yield entry.without("C++", fault)
         return
-    postures: list[Posture] = []
+    solve, both = (_ways(question, calls) for question, (_, calls) in zip(questions, prepared, strict=True))
+    samples = clock.in_turn({f"{name} {way}": run[way] for way in solve for name, run in (("", solve), ("and", both))})
+    for way in solve:
+        fault = checks.first(call.fault() for _, calls in prepared for call in calls) if way == "C++" else None
+        rest = samples[f"and {way}"].less(samples[f" {way}"])
+        values = rest.seconds / samples[f" {way}"].seconds
+        yield entry.row(way, rest, values) if fault is None else entry.without(way, fault)
 
-    def solve() -> None:
-        postures[:] = ask()
 
-    def differentiate() -> None:
-        for posture in postures:
-            _ = posture.jacobian
-
-    solve()
-    calls = CoreCalls.of(differentiate)
-    ways = {
-        "solve, C++": solve_calls[0].again,
-        "C++": calls.again,
-        "solve, Python": solve,
-        "Python": differentiate,
-    }
-    samples = clock.in_turn({name: lambda run=run: question.timed([run]) for name, run in ways.items()})  # type: ignore[misc]
-    for way in ("C++", "Python"):
-        fault = checks.first(call.fault() for call in (calls, *solve_calls)) if way == "C++" else None
-        values = samples[way].seconds / samples[f"solve, {way}"].seconds
-        yield entry.row(way, samples[way], values) if fault is None else entry.without(way, fault)
+def _jacobian_fault(question: Question) -> str | None:
+    (walk,) = question.walks
+    fault = checks.jacobian_fault(walk()[-1])
+    return None if fault is None else _WRONG + fault
 
 
 class _Sweeps:
