@@ -163,9 +163,8 @@ SectionAtPressure Tube::section(double pressure, SectionModel model, Valve valve
     SectionAtPressure out;
     out.status = section(pressure, model, valve, out.section, out.rest_length);
     if (!derivative || out.status == SolveStatus::not_finite) return out;
-    std::vector<SectionSlope> slopes;
-    section_slopes(pressure, model, valve, {{TubeParameter::Kind::pressure}}, slopes);
-    out.d_section = slopes[0].section, out.d_rest_length = slopes[0].rest_length;
+    const SectionSlope slope = section_slope(pressure, model, valve);
+    out.d_section = slope.section, out.d_rest_length = slope.rest_length;
     return out;
 }
 

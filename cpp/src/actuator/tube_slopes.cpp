@@ -44,35 +44,43 @@ SectionConstants<Dual<1>> moving(const SectionConstants<double>& c, const Sectio
 
 }  // namespace
 
+void Tube::write_slope(const SectionValues<Dual<1>>& s, const SectionConstants<double>& d_constants, SectionModel model,
+                       SectionSlope& slope) const {
+    const double axial = model == SectionModel::paper ? linear_axial_ : s.axial.value;
+    Section& out = slope.section;
+    slope.rest_length = s.rest_length.slope[0];
+    out.mass_per_length = s.mass_per_length.slope[0], out.stretch = s.stretch.slope[0];
+    if (model == SectionModel::paper) {
+        out.axial = d_constants.linear_axial, out.bending = d_constants.linear_bending,
+        out.shear = d_constants.linear_shear;
+        out.torsion = 2.0 * d_constants.linear_bending / 3.0;
+    } else {
+        out.axial = s.axial.slope[0], out.shear = s.shear.slope[0], out.bending = s.bending.slope[0];
+        out.torsion = s.torsion.slope[0], out.rest_twist = s.rest_twist.slope[0];
+        out.extension_twist = s.extension_twist.slope[0];
+    }
+    out.axial_law.coefficient[0] = -out.axial / (axial * axial);
+}
+
+SectionSlope Tube::section_slope(double pressure, SectionModel model, Valve valve) const {
+    // Out of the table it takes a tenth of the time. At rest a tension-only tube has a corner, and the table's first
+    // piece begins there.
+    UnloadedState<Dual<1>> state;
+    if (model != SectionModel::nonlinear && std::abs(pressure) > smallest_pressure() && table_.at(pressure, state)) {
+        SectionSlope slope;
+        const SectionConstants<double> unmoved{};
+        write_slope(section_values(moving(constants(valve), unmoved), state), unmoved, model, slope);
+        return slope;
+    }
+    std::vector<SectionSlope> slopes;
+    section_slopes(pressure, model, valve, {{TubeParameter::Kind::pressure}}, slopes);
+    return slopes[0];
+}
+
 void Tube::section_slopes(double pressure, SectionModel model, Valve valve,
                           const std::vector<TubeParameter>& parameters, std::vector<SectionSlope>& slopes) const {
     slopes.assign(parameters.size(), {});
     const SectionConstants<double> c = constants(valve);
-    const auto write = [&](const SectionValues<Dual<1>>& s, const SectionConstants<double>& dc, SectionSlope& slope) {
-        const double axial = model == SectionModel::paper ? linear_axial_ : s.axial.value;
-        Section& out = slope.section;
-        slope.rest_length = s.rest_length.slope[0];
-        out.mass_per_length = s.mass_per_length.slope[0], out.stretch = s.stretch.slope[0];
-        if (model == SectionModel::paper) {
-            out.axial = dc.linear_axial, out.bending = dc.linear_bending, out.shear = dc.linear_shear;
-            out.torsion = 2.0 * dc.linear_bending / 3.0;
-        } else {
-            out.axial = s.axial.slope[0], out.shear = s.shear.slope[0], out.bending = s.bending.slope[0];
-            out.torsion = s.torsion.slope[0], out.rest_twist = s.rest_twist.slope[0];
-            out.extension_twist = s.extension_twist.slope[0];
-        }
-        out.axial_law.coefficient[0] = -out.axial / (axial * axial);
-    };
-    // To the pressure alone, as a Jacobian wants it: a quarter of the time out of the table. At rest a tension-only
-    // tube has a corner, and the table's first piece begins there.
-    const bool tabled = model != SectionModel::nonlinear && parameters.size() == 1 &&
-                        parameters[0].kind == TubeParameter::Kind::pressure && std::abs(pressure) > smallest_pressure();
-    UnloadedState<Dual<1>> state;
-    if (tabled && table_.at(pressure, state)) {
-        const SectionConstants<double> dc = constants_slope(parameters[0]);
-        write(section_values(moving(c, dc), state), dc, slopes[0]);
-        return;
-    }
     Section section;
     double rest_length;
     if (linear_section(pressure, model, valve, section, rest_length) == SolveStatus::not_finite) return;
@@ -118,7 +126,7 @@ void Tube::section_slopes(double pressure, SectionModel model, Valve valve,
         const SectionConstants<double> dc = constants_slope(parameter);
         const SectionValues<Dual<1>> s = section_values(moving(c, dc), unloaded_state(moved, shape));
 
-        write(s, dc, slopes[i]);
+        write_slope(s, dc, model, slopes[i]);
         Section& out = slopes[i].section;
         if (nodes.count == 0) continue;
 

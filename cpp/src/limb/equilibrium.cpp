@@ -205,6 +205,7 @@ void Equilibrium::resize(const Shape& shape) {
     batch_.reserve(pieces);
     balance_.resize(geometry_.plates());
     symmetric_.resize(geometry_.plates());
+    tip_by_plate_.resize(geometry_.plates());
     moves_.set_zero(geometry_, shape);
     plate_forces_.assign(geometry_.plates(), Vector6::Zero());
     carried_.assign(geometry_.plates(), Vector6::Zero());
@@ -810,6 +811,9 @@ void Equilibrium::respond_to_rods(const Shape& shape, const std::vector<RodSlope
         batch_.add(part, rod.nodes[e], rod.wrenches[e], slopes[i].section, slopes[i].rest_length / rod.elements(),
                    slopes[i].section.mass_per_length * scene_.gravity, end_slopes_[i][e]);
     });
+    // Only the two plates of a rod are loaded, and only the last one's move is asked for.
+    balance_.system().last_of_inverse(tip_by_plate_);
+    for (int j = 0; j < geometry_.plates(); ++j) tip_by_plate_[j] = (tip_by_plate_[j] * -balance_.projector(j)).eval();
     tip_moves.resize(slopes.size());
     std::size_t i = 0;
     for (int j = 0; j < geometry_.plates(); ++j)
@@ -819,14 +823,12 @@ void Equilibrium::respond_to_rods(const Shape& shape, const std::vector<RodSlope
                 const Vector6 change = exact_[i][e].wrench_for_gap(slope.pose);
                 loads_[i][e] << -change, slope.wrench + exact_[i][e].end_wrench_by_base_wrench() * change;
             }
-            // Only the two plates of the rod are loaded.
-            for (Vector6& force : plate_forces_) force.setZero();
+            for (int plate = std::max(0, j - 1); plate <= j; ++plate) plate_forces_[plate].setZero();
             Balance::add_carried(geometry_, shape.plates, j, place, chains_[i].condense_loads(loads_[i], interior_[i]),
                                  plate_forces_);
-            for (int plate = std::max(0, j - 1); plate <= j; ++plate)
-                plate_forces_[plate] = (balance_.projector(plate) * plate_forces_[plate]).eval();
-            balance_.solve(plate_forces_, moves_.plates);
-            tip_moves[i++] = moves_.plates.back();
+            tip_moves[i].noalias() = tip_by_plate_[j] * plate_forces_[j];
+            if (j > 0) tip_moves[i].noalias() += tip_by_plate_[j - 1] * plate_forces_[j - 1];
+            ++i;
         }
 }
 

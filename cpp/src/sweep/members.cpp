@@ -56,8 +56,8 @@ std::vector<limb::RodSlope> Members::slopes_at(const double* pressures, actuator
             slopes[actuator.rod] = slopes[actuators_[actuator.twin].rod];
             continue;
         }
-        const actuator::SectionAtPressure at = actuator.tube->section(pressures[i], model, valve, true);
-        slopes[actuator.rod] = {at.d_section, at.d_rest_length};
+        const actuator::SectionSlope slope = actuator.tube->section_slope(pressures[i], model, valve);
+        slopes[actuator.rod] = {slope.section, slope.rest_length};
     }
     return slopes;
 }

@@ -119,6 +119,8 @@ public:
 
     SectionAtPressure section(double pressure, SectionModel model = SectionModel::tangent, Valve valve = Valve::open,
                               bool derivative = false) const;
+    /// Derivatives of the section and the rest length to the pressure.
+    SectionSlope section_slope(double pressure, SectionModel model, Valve valve) const;
     /// Derivatives of the section and the rest length at a pressure to some of the tube's parameters, into `slopes`,
     /// which has as many. The pressure stays, unless it is the parameter. Source: cpp/MECHANICS.md, "Derivatives".
     void section_slopes(double pressure, SectionModel model, Valve valve, const std::vector<TubeParameter>& parameters,
@@ -158,6 +160,9 @@ private:
     /// How these, and the wall's energy at a given shape, change with a parameter.
     SectionConstants<double> constants_slope(const TubeParameter& parameter) const;
     WallEnergy<double> energy_slope(const TubeParameter& parameter, const Shape<double>& q) const;
+    /// What `section_slopes` says of a section that moves with a parameter, its axial law linear.
+    void write_slope(const SectionValues<Dual<1>>& s, const SectionConstants<double>& d_constants, SectionModel model,
+                     SectionSlope& slope) const;
     solve::SolveStatus linear_section(double pressure, SectionModel model, Valve valve, Section& section,
                                       double& rest_length) const;
     /// Pressure below which a tension-only tube behaves as in the limit from above [Pa].

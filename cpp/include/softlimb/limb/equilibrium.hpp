@@ -87,6 +87,7 @@ struct EquilibriumRoom {
     std::vector<std::vector<Vector6>> gaps_, interior_;
     std::vector<Vector12> rod_forces_;
     std::vector<Vector6> plate_forces_, carried_, hold_rows_;
+    std::vector<Matrix6> tip_by_plate_;
     LinearisationNumber number_ = 0;  // of the last linearisation
 };
 

@@ -46,6 +46,12 @@ public:
             x[k] = (inverse_[k] * x[k]).eval();
         }
     }
+    /// Last block row of the inverse: what each block row of a right-hand side gives the last unknowns.
+    void last_of_inverse(std::vector<Block>& row) const {
+        row.resize(rows());
+        if (rows() > 0) row.back() = inverse_.back();
+        for (int k = rows() - 1; k > 0; --k) row[k - 1].noalias() = -(row[k] * lower[k]).eval() * inverse_[k - 1];
+    }
     /// Pivots of the last factorisation: for a symmetric matrix their inertia adds up to that of the matrix.
     const std::vector<Block>& pivots() const { return pivots_; }
 

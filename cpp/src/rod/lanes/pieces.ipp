@@ -112,10 +112,9 @@ struct StepOf {
     LaneCompliances k;
     V force, moment;
 
-    SOFTLIMB_ALWAYS_INLINE StepOf(const Material& of, int steps) {
-        const Pack h = of.length * Pack(1.0 / steps);
-        k = of.k.over(h), force = h * of.load.force, moment = h * of.load.moment;
-    }
+    SOFTLIMB_ALWAYS_INLINE StepOf(const Material& of, int steps) : StepOf(of, of.length * Pack(1.0 / steps)) {}
+    SOFTLIMB_ALWAYS_INLINE StepOf(const Material& of, const Pack& step)
+        : k(of.k.over(step)), force(step * of.load.force), moment(step * of.load.moment) {}
 };
 
 /// Where W pieces are: positions are relative to their bases.
@@ -134,16 +133,15 @@ struct Pieces {
     }
 };
 
-/// How W pieces change with a parameter each: slopes of the compliances, relative change of length, and of the load.
+/// How W pieces change with a parameter each: slopes of the compliances, of n(s) by s, and of the length.
 struct Parameter {
     LaneCompliances k;
-    Pack length;  // dL/L
-    V force;      // of n(s) by s: -(df + f dL/L)
+    V force;
+    Pack length;
 
     SOFTLIMB_ALWAYS_INLINE Parameter(const Start* starts, const Slope* slopes, int count, const Material& of) {
         k.unit = Pack(0.0), k.degree = of.k.degree;
         k.centre = of.k.centre, k.half_range = of.k.half_range, k.per_range = of.k.per_range;
-        V df;
         for (int lane = 0; lane < W; ++lane) {
             const int i = lane < count ? lane : count - 1;
             const Section &s = *starts[i].section, &d = *slopes[i].section;
@@ -153,24 +151,30 @@ struct Parameter {
             k.coupling.set(lane, d.extension_twist), k.rest_twist.set(lane, d.rest_twist);
             const double* c = &d.axial_law.coefficient.front();
             for (int j = 0; j <= k.degree; ++j) k.coefficient[j].set(lane, j <= s.axial_law.degree ? c[j] : 0.0);
-            length.set(lane, slopes[i].length / starts[i].length);
-            df.x.set(lane, slopes[i].force[0]), df.y.set(lane, slopes[i].force[1]), df.z.set(lane, slopes[i].force[2]);
+            length.set(lane, slopes[i].length);
+            const double* f = slopes[i].force;
+            force.x.set(lane, -f[0]), force.y.set(lane, -f[1]), force.z.set(lane, -f[2]);
         }
-        force = -(df + length * of.load.force);
     }
 
-    /// What the rate of the variation has beside that of `vary`: the rate's own change at fixed state, and its stretch.
-    SOFTLIMB_ALWAYS_INLINE Variation<Pack> source(const LaneCompliances& at, const Linearisation<Pack>& y,
-                                                  const V& step_moment) const {
-        const Pack n3 = dot(y.t, y.n), m3 = dot(y.t, y.m);
+    /// The same over a step.
+    SOFTLIMB_ALWAYS_INLINE Parameter(const Parameter& p, const Pack& step)
+        : k(p.k.over(step)), force(step * p.force), length(p.length) {}
+
+    /// `vary` at this dn, with strains and curvatures that move by themselves too.
+    SOFTLIMB_ALWAYS_INLINE Variation<Pack> vary_with(const LaneCompliances& of, const Linearisation<Pack>& at,
+                                                     const V& rotation, const V& moment, const V& dn) const {
+        const V x = dn - cross(rotation, at.n), y = moment - cross(rotation, at.m);
+        const Pack n3 = dot(at.t, at.n), m3 = dot(at.t, at.m), tx = dot(at.t, x), ty = dot(at.t, y);
         Pack strain, ignored;
         k.axial(n3, strain, ignored);
-        const V position = k.shear * y.n + (strain + k.coupling * m3 - k.shear * n3) * y.t;
-        const Pack twist = k.rest_twist + k.coupling * n3 + (k.torsion - k.bending) * m3;
-        const Pack spin = at.rest_twist + at.coupling * n3 + (at.torsion - at.bending) * m3;
-        return {position + length * y.velocity,
-                k.bending * y.m + twist * y.t + length * (at.bending * y.m + spin * y.t),
-                cross(y.n, position) + length * (cross(y.n, y.velocity) - step_moment)};
+        const Pack bend = (of.torsion - of.bending) * ty + of.coupling * tx + (k.torsion - k.bending) * m3 +
+                          k.coupling * n3 + k.rest_twist;
+        const Pack pull =
+            (at.axial_compliance - of.shear) * tx + of.coupling * ty + strain + k.coupling * m3 - k.shear * n3;
+        const V position = cross(rotation, at.velocity) + of.shear * x + k.shear * at.n + pull * at.t;
+        return {position, of.bending * y + k.bending * at.m + bend * at.t,
+                cross(at.n, position) + cross(dn, at.velocity)};
     }
 };
 
@@ -257,13 +261,17 @@ SOFTLIMB_NEVER_INLINE void step_free(Variation<Pack>& z, const LaneCompliances& 
                        SOFTLIMB_LAMBDA_INLINE { return vary(k, linear[stage], rotation, moment); });
 }
 
+/// One step of the state, whose stages are written down for those of the variations.
+SOFTLIMB_NEVER_INLINE void step_recorded(Pieces& p, const StepOf& over, Linearisation<Pack>* linear) {
+    step_state(p, over, [&](auto stage, const Linearisation<Pack>& l) SOFTLIMB_LAMBDA_INLINE { linear[stage] = l; });
+}
+
 /// Advances the pieces and `columns` variations, of which the first three are those of the base force.
 void advance_with(Pieces& p, const StepOf& over, int steps, Variation<Pack>* z, int columns) {
     const Pack zero(0.0), one(1.0);
     Linearisation<Pack> linear[stages];
     for (int step = 0; step < steps; ++step) {
-        step_state(p, over,
-                   [&](auto stage, const Linearisation<Pack>& l) SOFTLIMB_LAMBDA_INLINE { linear[stage] = l; });
+        step_recorded(p, over, linear);
         // Column by column: the stages of one fit the nearest cache.
         for (int c = 0; c < 3; ++c)
             step_forced(z[c], over.k, linear, {c == 0 ? one : zero, c == 1 ? one : zero, c == 2 ? one : zero});
@@ -272,24 +280,33 @@ void advance_with(Pieces& p, const StepOf& over, int steps, Variation<Pack>* z, 
     make_orthonormal(p.y);
 }
 
-/// Advances the pieces and their variation with a parameter.
-void advance_with(Pieces& p, const Material& of, int steps, Variation<Pack>& z, Parameter parameter) {
+/// One step of the variation with a parameter, `before` steps behind it.
+SOFTLIMB_NEVER_INLINE void step_with(Variation<Pack>& z, const LaneCompliances& k, const Linearisation<Pack>* linear,
+                                     const Parameter& over, int before) {
+    step_column(z, [&](auto stage, const V& rotation, const V& moment) SOFTLIMB_LAMBDA_INLINE {
+        return over.vary_with(k, linear[stage], rotation, moment, Pack(before + Method::c[stage]) * over.force);
+    });
+}
+
+/// Advances the pieces and their variation with a parameter; `dn` is that of the end's force.
+void advance_with(Pieces& p, const Material& of, int steps, const Parameter& parameter, Variation<Pack>& z, V& dn) {
     const StepOf over(of, steps);
-    const Pack h = of.length * Pack(1.0 / steps);
-    parameter.k = parameter.k.over(h);
-    const V force = h * parameter.force;  // over a step
+    const Parameter over_step(parameter, of.length * Pack(1.0 / steps));
     Linearisation<Pack> linear[stages];
     for (int step = 0; step < steps; ++step) {
-        step_state(p, over,
-                   [&](auto stage, const Linearisation<Pack>& l) SOFTLIMB_LAMBDA_INLINE { linear[stage] = l; });
-        step_column(z, [&](auto stage, const V& rotation, const V& moment) SOFTLIMB_LAMBDA_INLINE {
-            const Variation<Pack> v =
-                vary(over.k, linear[stage], rotation, moment, Pack(step + Method::c[stage]) * force);
-            const Variation<Pack> s = parameter.source(over.k, linear[stage], over.moment);
-            return Variation<Pack>{v.position + s.position, v.rotation + s.rotation, v.moment + s.moment};
-        });
+        step_recorded(p, over, linear);
+        step_with(z, over.k, linear, over_step, step);
     }
     make_orthonormal(p.y);
+    // A longer piece goes on as it ends.
+    Linearisation<Pack> end;
+    const RodState<Pack> d = rate(of.k, p.y, p.n, of.load.moment, end);
+    const Pack n3 = dot(end.t, end.n), m3 = dot(end.t, end.m);
+    const Pack spin = of.k.rest_twist + of.k.coupling * n3 + (of.k.torsion - of.k.bending) * m3;
+    z.position += parameter.length * d.position;
+    z.rotation += parameter.length * (of.k.bending * end.m + spin * end.t);
+    z.moment += parameter.length * d.moment;
+    dn = of.length * parameter.force - parameter.length * of.load.force;
 }
 
 SOFTLIMB_ALWAYS_INLINE void put(double* out, const V& v, int lane) {
@@ -589,11 +606,10 @@ void differentiate(const Start* starts, const Slope* slopes, const EndSlopes* ou
         const int here = count - first < W ? count - first : W;
         Pieces p(starts + first, here);
         const Material of(starts + first, here);
-        const Parameter parameter(starts + first, slopes + first, here, of);
         const V nothing{zero, zero, zero};
         Variation<Pack> z{nothing, nothing, nothing};
-        advance_with(p, of, steps, z, parameter);
-        const V force = of.length * parameter.force;
+        V force;
+        advance_with(p, of, steps, Parameter(starts + first, slopes + first, here, of), z, force);
         for (int lane = 0; lane < here; ++lane) {
             put(out[first + lane].pose, z.position, lane);
             put(out[first + lane].pose + 3, z.rotation, lane);
