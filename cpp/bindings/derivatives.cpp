@@ -95,15 +95,14 @@ std::vector<limb::MaterialPoint> points_of(const Posture& posture, const std::ve
 
 /// (6, actuators), from what `by_rods` makes of the slopes of the rods.
 template <class ByRods>
-Array tip_by_pressures(const Made& made, ByRods&& by_rods) {
-    const auto& [members, pressures, model, valve] = made;
-    if (pressures.size() != members->actuators()) throw std::invalid_argument("one pressure an actuator is needed");
-    const std::vector<Vector6> moves =
-        by_rods(members->slopes_at(pressures.data(), section_model(model), valve_of(valve)));
-    Array jacobian({6, members->actuators()});
+Array tip_by_pressures(const sweep::Members& members, const double* pressures, py::ssize_t count,
+                       const std::string& model, const std::string& valve, ByRods&& by_rods) {
+    if (count != members.actuators()) throw std::invalid_argument("one pressure an actuator is needed");
+    const std::vector<Vector6> moves = by_rods(members.slopes_at(pressures, section_model(model), valve_of(valve)));
+    Array jacobian({6, members.actuators()});
     auto out = jacobian.mutable_unchecked<2>();
     int column = 0;
-    for (const int rod : members->driven()) {
+    for (const int rod : members.driven()) {
         for (int k = 0; k < 6; ++k) out(k, column) = moves[rod](k);
         ++column;
     }
@@ -146,7 +145,9 @@ void bind_derivatives(py::module_& m) {
         .def(
             "tip_by_pressures",
             [](Derivatives& d, const Made& made) {
-                return tip_by_pressures(made, [&](const auto& slopes) { return d.tip_by_rods(slopes); });
+                const auto& [members, pressures, model, valve] = made;
+                return tip_by_pressures(*members, pressures.data(), pressures.size(), model, valve,
+                                        [&](const auto& slopes) { return d.tip_by_rods(slopes); });
             },
             py::arg("made"), "Tip (dp, dtheta) by each pressure, (6, actuators).")
         .def("plate_stiffness", [](const Derivatives& d) { return matrix_array(d.plate_stiffness()); })
@@ -174,11 +175,16 @@ void bind_derivatives(py::module_& m) {
             "Rows of weights times what `forward` gives, without forming it.");
     m.def(
         "tip_by_pressures",
-        [](const Posture& posture, const Made& made) {
-            return tip_by_pressures(made, [&](const auto& slopes) { return limb::tip_by_rods(posture, slopes); });
+        [](const Posture& posture, const std::shared_ptr<sweep::Members>& members, const std::string& model,
+           const std::string& valve, const std::optional<Array>& pressures) {
+            const std::vector<double>& own = posture.pressures;
+            return tip_by_pressures(*members, pressures ? pressures->data() : own.data(),
+                                    pressures ? pressures->size() : static_cast<py::ssize_t>(own.size()), model, valve,
+                                    [&](const auto& slopes) { return limb::tip_by_rods(posture, slopes); });
         },
-        py::arg("followed"), py::arg("made"),
-        "The same of a posture that was followed, by the linearisation that its solve ended with.");
+        py::arg("followed"), py::arg("members"), py::arg("section"), py::arg("valve"), py::arg("pressures"),
+        "The same of a posture that was followed, by the linearisation that its solve ended with; at its own pressures "
+        "where none are given.");
     m.def(
         "linearised",
         [](const std::shared_ptr<Posture>& posture, double tolerance) {

@@ -2708,9 +2708,9 @@ def thread_geometry(*, inner: typing.SupportsFloat | typing.SupportsIndex, outer
     ValueError
         A length is not positive, the turns overlap, or the angle is outside (0, pi/2).
     """
-def tip_by_pressures(followed: Posture, made: tuple[Members, typing.Annotated[numpy.typing.ArrayLike, numpy.float64], str, str]) -> numpy.typing.NDArray[numpy.float64]:
+def tip_by_pressures(followed: Posture, members: Members, section: str, valve: str, pressures: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None) -> numpy.typing.NDArray[numpy.float64]:
     """
-    The same of a posture that was followed, by the linearisation that its solve ended with.
+    The same of a posture that was followed, by the linearisation that its solve ended with; at its own pressures where none are given.
     """
 def use_instruction_set(name: str) -> None:
     """

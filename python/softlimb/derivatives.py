@@ -435,10 +435,12 @@ def _matrix(posture: Posture, answers: _Answers, to: _Made) -> Array:
 
 def tip_by_pressures(posture: Posture) -> Array:
     """As `Posture.jacobian`."""
-    solved, made = posture._solved, _made(posture)
-    found: Array = (
-        _core.tip_by_pressures(solved, made) if solved.followed else posture._linear.tip_by_pressures(made)
-    )
+    solved = posture._solved
+    if solved.followed:
+        # Pressures that nobody has read yet are the core's own.
+        pressures = posture.__dict__.get("pressures")
+        return _core.tip_by_pressures(solved, posture.limb._core_members, *posture._model, pressures)
+    found: Array = posture._linear.tip_by_pressures(_made(posture))
     return found
 
 
