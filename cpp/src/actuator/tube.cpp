@@ -230,7 +230,7 @@ Equilibrium follow(const Wall& wall, WallLoads loads, Freedom free, PathPoint fr
 
 Shape<double> Tube::near(double pressure) const {
     UnloadedState<double> state;
-    return table_.at(pressure, state) ? state.shape : path_.guess(pressure);
+    return table_.at(pressure, UnloadedTable::Part::shape, state) ? state.shape : path_.guess(pressure);
 }
 
 UnloadedState<double> Tube::rest_state() const {
@@ -243,12 +243,12 @@ UnloadedState<double> Tube::rest_state() const {
     return state;
 }
 
-UnloadedState<double> Tube::unloaded(double pressure, SolveStatus& status) const {
+UnloadedState<double> Tube::unloaded(double pressure, UnloadedTable::Part part, SolveStatus& status) const {
     status = SolveStatus::converged;
     if (pressure == 0.0) return rest_;
-    UnloadedState<double> state;
+    UnloadedState<double> state{};
     const bool vanishing = wall_.tension_only() && std::abs(pressure) < smallest_pressure();
-    if (!vanishing && table_.at(pressure, state)) return state;
+    if (!vanishing && table_.at(pressure, part, state)) return state;
     const Equilibrium at = solve_unloaded(pressure);
     status = at.converged() && !at.stable ? SolveStatus::singular_jacobian : at.status;
     // Once more at the very shape: `at` has the energy from before its last step, good for eight digits of a stiffness.

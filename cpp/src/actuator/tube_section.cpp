@@ -138,7 +138,7 @@ SolveStatus Tube::linear_section(double pressure, SectionModel model, Valve valv
     rest_length = std::numeric_limits<double>::quiet_NaN();
     if (!std::isfinite(pressure)) return SolveStatus::not_finite;
     SolveStatus status;
-    const SectionValues<double> values = section_values(constants(valve), unloaded(pressure, status));
+    const SectionValues<double> values = section_values(constants(valve), unloaded(pressure, part_for(valve), status));
     fill(section, values);
     section.largest_stretch = largest_stretch_;
     rest_length = values.rest_length;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 namespace softlimb::actuator {
 namespace {
@@ -15,9 +16,21 @@ Curves::Values numbers_of(const UnloadedState<double>& s) {
             s.open.tt,       s.locked.ll,    s.locked.lt,   s.locked.tt};
 }
 
-template <class S>
-UnloadedState<S> state_of(const std::array<S, 9>& n) {
-    return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, {n[6], n[7], n[8]}};
+/// The inverse, of as many numbers as there are.
+template <class S, std::size_t count>
+void put(const std::array<S, count>& n, UnloadedState<S>& state) {
+    state.shape = {n[0], n[1], n[2]};
+    if constexpr (count > 3) state.open = {n[3], n[4], n[5]};
+    if constexpr (count > 6) state.locked = {n[6], n[7], n[8]};
+}
+
+/// Calls `get` with how many numbers a part has.
+template <class Get>
+bool of_part(UnloadedTable::Part part, Get&& get) {
+    using enum UnloadedTable::Part;
+    if (part == shape) return get(std::integral_constant<std::size_t, 3>{});
+    if (part == open) return get(std::integral_constant<std::size_t, 6>{});
+    return get(std::integral_constant<std::size_t, 9>{});
 }
 
 // Digits that an interpolation keeps; the solves behind it have one or two more.
@@ -52,7 +65,7 @@ UnloadedTable::UnloadedTable(const Wall& wall, Freedom free, double pressure_sca
     }
     end = std::min(end, largest_pressure * pressure_scale);
     curves_.fit(0.0, end, most_samples, [&](double pressure, const Curves::Values* near, Curves::Sample& sample) {
-        const Shape<double> start = near ? state_of(*near).shape : path.guess(pressure);
+        const Shape<double> start = near ? Shape<double>{(*near)[0], (*near)[1], (*near)[2]} : path.guess(pressure);
         const Equilibrium at = relax(wall, {0.0, pressure, 0.0}, start, free);
         if (!at.converged() || !at.stable || wall.strained(at.shape)) return false;
         // Once more at the very shape: `at` has the energy from before its last step.
@@ -63,20 +76,24 @@ UnloadedTable::UnloadedTable(const Wall& wall, Freedom free, double pressure_sca
     });
 }
 
-bool UnloadedTable::at(double pressure, UnloadedState<double>& state) const {
-    Curves::Values numbers;
-    if (!curves_.at(pressure, numbers)) return false;
-    state = state_of(numbers);
-    return true;
+bool UnloadedTable::at(double pressure, Part part, UnloadedState<double>& state) const {
+    return of_part(part, [&](auto count) {
+        std::array<double, count> numbers;
+        if (!curves_.at(pressure, numbers)) return false;
+        put(numbers, state);
+        return true;
+    });
 }
 
-bool UnloadedTable::at(double pressure, UnloadedState<Dual<1>>& state) const {
-    Curves::Values numbers, slopes;
-    if (!curves_.at(pressure, numbers, slopes)) return false;
-    std::array<Dual<1>, 9> moving;
-    for (std::size_t i = 0; i < moving.size(); ++i) moving[i] = {numbers[i], {slopes[i]}};
-    state = state_of(moving);
-    return true;
+bool UnloadedTable::at(double pressure, Part part, UnloadedState<Dual<1>>& state) const {
+    return of_part(part, [&](auto count) {
+        std::array<double, count> numbers, slopes;
+        if (!curves_.at(pressure, numbers, slopes)) return false;
+        std::array<Dual<1>, count> moving;
+        for (std::size_t i = 0; i < count; ++i) moving[i] = {numbers[i], {slopes[i]}};
+        put(moving, state);
+        return true;
+    });
 }
 
 }  // namespace softlimb::actuator

@@ -58,15 +58,17 @@ public:
 
     std::size_t pieces() const { return pieces_.size(); }
 
-    /// Values at x; false where there are none.
-    bool at(double x, Values& y) const {
+    /// Values at x, of the first functions where not all are wanted; false where there are none.
+    template <std::size_t wanted>
+    bool at(double x, std::array<double, wanted>& y) const {
         const Piece* piece = piece_at(x);
-        if (piece) y = piece->at(x);
+        if (piece) y = piece->template at<wanted>(x);
         return piece != nullptr;
     }
     /// With their derivatives, which lose up to three digits to the values: an error of a polynomial of degree n may
     /// have n^2 times its size over the half width of a piece for a slope.
-    bool at(double x, Values& y, Values& slope) const {
+    template <std::size_t wanted>
+    bool at(double x, std::array<double, wanted>& y, std::array<double, wanted>& slope) const {
         const Piece* piece = piece_at(x);
         if (piece) y = piece->at(x, slope);
         return piece != nullptr;
@@ -80,32 +82,40 @@ private:
         std::array<Values, nodes> coefficient;
 
         // Clenshaw's recurrence, all functions side by side so that the compiler packs them.
-        Values at(double x) const {
+        template <std::size_t wanted = count>
+        std::array<double, wanted> at(double x) const {
             const double u = (x - centre) * per_half, twice = 2.0 * u;
-            Values b1 = coefficient[nodes - 1], b2{};
+            std::array<double, wanted> b1 = first<wanted>(nodes - 1), b2{};
             for (int k = nodes - 2; k > 0; --k)
-                for (std::size_t i = 0; i < count; ++i) {
+                for (std::size_t i = 0; i < wanted; ++i) {
                     const double next = coefficient[k][i] + (twice * b1[i] - b2[i]);
                     b2[i] = b1[i], b1[i] = next;
                 }
-            for (std::size_t i = 0; i < count; ++i) b1[i] = coefficient[0][i] + (u * b1[i] - b2[i]);
+            for (std::size_t i = 0; i < wanted; ++i) b1[i] = coefficient[0][i] + (u * b1[i] - b2[i]);
             return b1;
         }
         // The same recurrence, and it differentiated.
-        Values at(double x, Values& slope) const {
+        template <std::size_t wanted>
+        std::array<double, wanted> at(double x, std::array<double, wanted>& slope) const {
             const double u = (x - centre) * per_half, twice = 2.0 * u;
-            Values b1 = coefficient[nodes - 1], b2{}, d1{}, d2{};
+            std::array<double, wanted> b1 = first<wanted>(nodes - 1), b2{}, d1{}, d2{};
             for (int k = nodes - 2; k > 0; --k)
-                for (std::size_t i = 0; i < count; ++i) {
+                for (std::size_t i = 0; i < wanted; ++i) {
                     const double next = coefficient[k][i] + (twice * b1[i] - b2[i]);
                     const double next_slope = 2.0 * b1[i] + (twice * d1[i] - d2[i]);
                     b2[i] = b1[i], b1[i] = next, d2[i] = d1[i], d1[i] = next_slope;
                 }
-            for (std::size_t i = 0; i < count; ++i) {
+            for (std::size_t i = 0; i < wanted; ++i) {
                 slope[i] = per_half * (b1[i] + (u * d1[i] - d2[i]));
                 b1[i] = coefficient[0][i] + (u * b1[i] - b2[i]);
             }
             return b1;
+        }
+        template <std::size_t wanted>
+        std::array<double, wanted> first(int k) const {
+            std::array<double, wanted> values;
+            std::copy_n(coefficient[k].begin(), wanted, values.begin());
+            return values;
         }
     };
 

@@ -152,8 +152,11 @@ private:
     Equilibrium solve_unloaded(double pressure, double* limit = nullptr) const;
     /// Near the equilibrium at a covered pressure: to rounding where the table reaches, else to about 1e-6.
     Shape<double> near(double pressure) const;
-    /// What the section at a pressure follows from, out of the table where it reaches.
-    UnloadedState<double> unloaded(double pressure, solve::SolveStatus& status) const;
+    /// What the section at a pressure follows from, `part` of it at least, out of the table where it reaches.
+    UnloadedState<double> unloaded(double pressure, UnloadedTable::Part part, solve::SolveStatus& status) const;
+    static UnloadedTable::Part part_for(Valve valve) {
+        return valve == Valve::locked ? UnloadedTable::Part::all : UnloadedTable::Part::open;
+    }
     UnloadedState<double> rest_state() const;
     double measure_locking() const;
     SectionConstants<double> constants(Valve valve) const;

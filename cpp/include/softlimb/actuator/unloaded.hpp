@@ -35,10 +35,12 @@ public:
     /// `pressure_scale` [Pa] is a small pressure of the tube.
     UnloadedTable(const Wall& wall, Freedom free, double pressure_scale, const Path& path);
 
-    /// The state at a pressure; false where the table has none, and a solve must find it.
-    bool at(double pressure, UnloadedState<double>& state) const;
+    /// The state at a pressure, or the part of it that is wanted; false where the table has none, and a solve must find
+    /// it.
+    enum class Part { shape, open, all };  // each with those before it
+    bool at(double pressure, Part part, UnloadedState<double>& state) const;
     /// With its slope to the pressure.
-    bool at(double pressure, UnloadedState<Dual<1>>& state) const;
+    bool at(double pressure, Part part, UnloadedState<Dual<1>>& state) const;
 
 private:
     Piecewise<9> curves_;

@@ -145,9 +145,7 @@ struct Parameter {
         for (int lane = 0; lane < W; ++lane) {
             const int i = lane < count ? lane : count - 1;
             const Section &s = *starts[i].section, &d = *slopes[i].section;
-            k.shear.set(lane, -d.shear / (s.shear * s.shear));
-            k.bending.set(lane, -d.bending / (s.bending * s.bending));
-            k.torsion.set(lane, -d.torsion / (s.torsion * s.torsion));
+            k.shear.set(lane, -d.shear), k.bending.set(lane, -d.bending), k.torsion.set(lane, -d.torsion);
             k.coupling.set(lane, d.extension_twist), k.rest_twist.set(lane, d.rest_twist);
             const double* c = &d.axial_law.coefficient.front();
             for (int j = 0; j <= k.degree; ++j) k.coefficient[j].set(lane, j <= s.axial_law.degree ? c[j] : 0.0);
@@ -155,6 +153,9 @@ struct Parameter {
             const double* f = slopes[i].force;
             force.x.set(lane, -f[0]), force.y.set(lane, -f[1]), force.z.set(lane, -f[2]);
         }
+        // Of compliances, from those of stiffnesses.
+        k.shear = k.shear * (of.k.shear * of.k.shear), k.bending = k.bending * (of.k.bending * of.k.bending);
+        k.torsion = k.torsion * (of.k.torsion * of.k.torsion);
     }
 
     /// The same over a step.
