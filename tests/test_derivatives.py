@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -247,6 +248,67 @@ def test_points_of_the_centreline_stand_where_they_are_asked_for(posture: sl.Pos
     for wrong in ([-0.1], [1.1], [np.nan], 0.5, []):
         with pytest.raises(ValueError, match="at must be"):
             posture.centreline(at=wrong)
+
+
+# A posture that was followed has its Jacobian from the linearisation that its solve ended with.
+
+
+def walk(limb: sl.Limb, steps: int, seed: int, **options: Any) -> list[sl.Posture]:
+    rng = np.random.default_rng(seed)
+    pressures = rng.uniform(5, 60, 9) * kPa
+    posture = limb.solve(pressures, **options)
+    posture = limb.solve(pressures, start=posture, **options)
+    found = []
+    for _ in range(steps):
+        pressures = pressures * (1.0 + 0.01 * rng.uniform(-1.0, 1.0, 9))
+        posture = limb.solve(pressures, start=posture, **options)
+        found.append(posture)
+    return found
+
+
+@pytest.mark.parametrize("section", ["tangent", "nonlinear", "paper"])
+@pytest.mark.parametrize("valve", ["open", "locked"])
+def test_the_jacobian_along_a_walk_is_the_slope_of_its_tips(reference: sl.Limb, section: Any, valve: Any) -> None:
+    options: dict[str, Any] = {"gravity": HANGING, "tip_force": (0.1, 0.0, 0.0), "section": section, "valve": valve}
+    followed = [posture for posture in walk(reference, 4, seed=5, **options) if posture._solved.followed]
+    assert len(followed) >= 3
+    for posture in followed:
+        tight = reference.solve(posture.pressures, start=posture, tolerance=1e-11, **options)
+        expected = tight.derivative("tip", to="pressures").matrix
+        for rows in (slice(3), slice(3, 6)):
+            # The posture's own error is within its tolerance; its slope may err by a few times that.
+            assert_allclose(posture.jacobian[rows], expected[rows], rtol=0.0, atol=5e-6 * np.abs(expected[rows]).max())
+
+
+def test_the_jacobian_along_a_walk_is_the_same_wherever_it_is_asked_for(reference: sl.Limb) -> None:
+    postures = walk(reference, 8, seed=8, gravity=HANGING)
+    assert sum(posture._solved.followed for posture in postures) > 4  # more than a thread keeps
+    read = [pickle.loads(pickle.dumps(posture)) for posture in postures]
+    at_once = []
+    for posture, again in zip(walk(reference, 8, seed=8, gravity=HANGING), postures, strict=True):
+        assert np.array_equal(posture.plates, again.plates)
+        at_once.append(posture.jacobian)
+    with ThreadPoolExecutor(1) as pool:
+        elsewhere = list(pool.map(lambda posture: posture.jacobian, postures))
+    for one, other, third in zip(at_once, elsewhere, read, strict=True):
+        assert np.array_equal(one, other) and np.array_equal(one, third.jacobian)
+
+
+def test_a_posture_that_is_followed_from_a_file_has_the_same_bits(reference: sl.Limb) -> None:
+    postures = walk(reference, 3, seed=9, gravity=HANGING)
+    again = reference.solve(postures[2].pressures, start=pickle.loads(pickle.dumps(postures[1])), gravity=HANGING)
+    assert np.array_equal(again.plates, postures[2].plates)
+    assert again.error_estimate == postures[2].error_estimate <= postures[2].tolerance
+
+
+def test_rods_without_pressures_have_no_jacobian_to_them_though_followed() -> None:
+    limb = rods_limb()
+    posture = limb.solve(gravity=HANGING)
+    for step in range(3):
+        posture = limb.solve(gravity=HANGING, tip_force=(1e-3 * step, 0.0, 0.0), start=posture)
+    assert posture._solved.followed
+    with pytest.raises(RuntimeError, match="needs a posture that was solved from pressures"):
+        posture.jacobian  # noqa: B018
 
 
 # Energy
