@@ -63,8 +63,7 @@ void Tube::write_slope(const SectionValues<Dual<1>>& s, const SectionConstants<d
 }
 
 SectionSlope Tube::section_slope(double pressure, SectionModel model, Valve valve) const {
-    // Out of the table it takes a tenth of the time. At rest a tension-only tube has a corner, and the table's first
-    // piece begins there.
+    // Out of the table where it reaches. At rest a tension-only tube has a corner, and its first piece begins there.
     UnloadedState<Dual<1>> state{};
     if (model != SectionModel::nonlinear && std::abs(pressure) > smallest_pressure() &&
         table_.at(pressure, part_for(valve), state)) {

@@ -81,14 +81,15 @@ private:
         double from, to, centre, per_half;
         std::array<Values, nodes> coefficient;
 
-        // Clenshaw's recurrence, all functions side by side so that the compiler packs them.
+        // Clenshaw's recurrence, all functions side by side so that the compiler packs them, and one multiplication and
+        // one sum from term to term.
         template <std::size_t wanted = count>
         std::array<double, wanted> at(double x) const {
             const double u = (x - centre) * per_half, twice = 2.0 * u;
             std::array<double, wanted> b1 = first<wanted>(nodes - 1), b2{};
             for (int k = nodes - 2; k > 0; --k)
                 for (std::size_t i = 0; i < wanted; ++i) {
-                    const double next = coefficient[k][i] + (twice * b1[i] - b2[i]);
+                    const double next = (coefficient[k][i] - b2[i]) + twice * b1[i];
                     b2[i] = b1[i], b1[i] = next;
                 }
             for (std::size_t i = 0; i < wanted; ++i) b1[i] = coefficient[0][i] + (u * b1[i] - b2[i]);
@@ -101,8 +102,8 @@ private:
             std::array<double, wanted> b1 = first<wanted>(nodes - 1), b2{}, d1{}, d2{};
             for (int k = nodes - 2; k > 0; --k)
                 for (std::size_t i = 0; i < wanted; ++i) {
-                    const double next = coefficient[k][i] + (twice * b1[i] - b2[i]);
-                    const double next_slope = 2.0 * b1[i] + (twice * d1[i] - d2[i]);
+                    const double next = (coefficient[k][i] - b2[i]) + twice * b1[i];
+                    const double next_slope = (2.0 * b1[i] - d2[i]) + twice * d1[i];
                     b2[i] = b1[i], b1[i] = next, d2[i] = d1[i], d1[i] = next_slope;
                 }
             for (std::size_t i = 0; i < wanted; ++i) {
