@@ -97,6 +97,7 @@ std::vector<limb::MaterialPoint> points_of(const Posture& posture, const std::ve
 template <class ByRods>
 Array tip_by_pressures(const sweep::Members& members, const double* pressures, py::ssize_t count,
                        const std::string& model, const std::string& valve, ByRods&& by_rods) {
+    if (count == 0) throw std::runtime_error("a Jacobian to pressures needs a posture that was solved from pressures");
     if (count != members.actuators()) throw std::invalid_argument("one pressure an actuator is needed");
     const std::vector<Vector6> moves = by_rods(members.slopes_at(pressures, section_model(model), valve_of(valve)));
     Array jacobian({6, members.actuators()});

@@ -133,11 +133,14 @@ CLAIM(what_is_not_near_enough_is_solved_as_from_a_shape) {
     auto other = std::make_shared<Geometry>(*reference().geometry);
     other->segments[1].plate_thickness *= 1.01;
     same_as_from_its_shape(before, other, walk.scene());
-    // Other freedoms.
+    // A held plate.
     Scene held = walk.scene();
     held.holds.back().held = {true, true, true, false, false, false};
     held.holds.back().pose = before.solution.shape.plates.back();
     same_as_from_its_shape(before, reference().geometry, held);
+    const Posture kept = posture_of(reference().geometry, held, {}, &before.solution.shape);
+    same_as_from_its_shape(kept, reference().geometry, held);
+    same_as_from_its_shape(kept, reference().geometry, walk.scene());
     // Pieces shorter than they need be.
     Posture fine = before;
     split_elements(fine.solution.shape.rods[8], 3);
@@ -152,29 +155,6 @@ CLAIM(what_is_not_near_enough_is_solved_as_from_a_shape) {
     // Far away.
     for (double& p : walk.pressures) p = 65 * kPa - p;
     same_as_from_its_shape(before, reference().geometry, walk.scene());
-}
-
-CLAIM(a_held_plate_is_followed_where_its_hold_goes) {
-    Scene scene = complex_posture();
-    Pose at = posture_of(reference().geometry, scene).solution.shape.plates.back();
-    const auto hold = [&](const Vector3& by) {
-        at.position += by;
-        scene.holds.back().held = {true, true, true, false, false, false};
-        scene.holds.back().pose = at;
-    };
-    hold(Vector3(0.002, 0.0, 0.0));
-    Posture before = first(scene);
-    for (int n = 0; n < 4; ++n) {
-        hold(Vector3(0.0005, 0.0003, -0.0002));
-        const Posture next = follow(before, scene);
-        CHECK(next.solution.followed);
-        CHECK_NEAR(next.solution.shape.plates.back().position, at.position, 1e-6 * reference().geometry->length);
-        const Solution tight =
-            posture_of(reference().geometry, scene, {.tolerance = 1e-10, .interrupted = {}}, &next.solution.shape)
-                .solution;
-        CHECK_NEAR(next.solution.reactions.back(), tight.reactions.back(), 1e-4 * tight.reactions.back().norm());
-        before = next;
-    }
 }
 
 CLAIM(a_posture_is_not_followed_past_the_loss_of_its_stability) {

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "softlimb/largest.hpp"
 #include "softlimb/limb/start.hpp"
@@ -62,6 +63,21 @@ double rod_activity(const Section& section, const RodShape& rod, double length) 
     end.tail<3>() -= (rod.nodes[last + 1].position - rod.nodes[last].position).cross(Vector3(end.head<3>()));
     return std::max(z, activity(section, end, length));
 }
+
+/// How fast steps with one stiffness shrink: each leaves about the same share of what the one before it left, the first
+/// about three times its own size.
+struct Shrinking {
+    double share = 0.0, last = 0.0;
+    bool measured = false;
+
+    /// `brought_in` of the size is nothing that the step before left.
+    void add(double size, double brought_in) {
+        if (last > 0.0 && brought_in < size) grow(share, (size - brought_in) / last), measured = true;
+        last = size;
+    }
+    /// What is left after some more steps.
+    double left(int more) const { return std::pow(measured ? share : std::min(3.0 * last, 1.0), more + 1) * last; }
+};
 
 }  // namespace
 
@@ -601,42 +617,42 @@ NewtonReport Equilibrium::follow(const Scene& scene_before, const Shape& before,
     if (!linearised && !linearise(scene_before, before)) return report;
     int pieces = 0;
     for (const RodShape& rod : shape.rods) pieces += rod.elements();
-    // Each step leaves about the same share of what the one before it left: the first about three times its own size.
-    // The first one that is integrated with half the step brings in what the coarse ones err by as well: no more than
-    // the tolerance, or the last word below is no.
+    // The first step that is integrated with half the step brings in what the coarse ones err by as well: of poses no
+    // more than the tolerance, or the last word below is no; of wrenches much where rods are stiff.
     constexpr int most_steps = 6;
-    const double target = 0.25 * settings.tolerance;
+    constexpr double largest_share = 0.3;
+    const double pose_target = 0.25 * settings.tolerance, wrench_target = 5.0 * settings.tolerance;
     Scales scales = scales_at(shape);
-    double share = 0.0, left = 1.0, previous = 0.0;
+    Shrinking pose, wrench;
     for (int step = 0, fine = 0;; ++step) {
-        if (!work.spend(pieces)) return report;
+        if (step == most_steps || !work.spend(pieces)) return report;
         propose_again(shape, fine > 0 ? 2 : 1);
         const Step now = step_now(scales);
         if (!std::isfinite(now.size) || bounded_factor(shape, settings.largest_turn) != 1.0) return report;
-        if (step > 0) {
-            const double brought_in = fine == 1 ? settings.tolerance : 0.01 * settings.tolerance;
-            const double found = (now.size - brought_in) / previous;
-            constexpr double largest_share = 0.3;
-            if (found > largest_share) return report;
-            grow(share, found);
-        }
+        pose.add(now.size, fine == 1 ? settings.tolerance : 0.01 * settings.tolerance);
+        wrench.add(now.wrench, fine == 1 ? now.wrench : 0.01 * wrench_target);
+        if (pose.share > largest_share || wrench.share > largest_share) return report;
         apply(geometry_, moves_, 1.0, shape);
         report.nearer = true;
         scales = scales_at(shape);
-        previous = now.size;
-        const double leaves = step > 0 ? share : 3.0 * now.size;
-        left = leaves * now.size;
-        // What the last steps leave is judged, balances by their wrenches.
-        if (fine > 0 && left < target && share * now.wrench < 5.0 * settings.tolerance) break;
-        if (std::pow(leaves, most_steps - 1 - step) * now.size > target) return report;
-        if (fine > 0 || leaves * left < target) ++fine;
+        if (fine > 0 && pose.left(0) < pose_target && wrench.left(0) < wrench_target) break;
+        const int more = most_steps - 1 - step;
+        if (pose.left(more) > pose_target || wrench.left(more) > wrench_target) return report;
+        if (fine > 0 || pose.left(1) < pose_target) ++fine;
     }
     // The coarse steps' answer by the stiffness here, against this one: what half the step changes, which is the error.
     if (!linearise(shape)) return report;
+    // Where plates are held it is the gaps of the pieces that tell. Half of what a verification allows, as of wrenches.
     report.residual = relative_residual(shape, scales);
+    if (!(report.residual <= 5.0 * settings.tolerance)) return report;
     propose(shape);
-    report.error_estimate = step_now(scales).size + left;
+    const Step last = step_now(scales);
+    report.error_estimate = last.size + pose.left(0);
     if (!(report.error_estimate <= settings.tolerance)) return report;
+    if (!(last.wrench <= wrench_target)) {
+        propose_again(shape, 2);
+        if (!(step_now(scales).wrench <= wrench_target)) return report;
+    }
     report.iterations = 1;
     report.status = SolveStatus::converged;
     judge(shape, report, 0.0);
@@ -806,6 +822,7 @@ bool Equilibrium::linearise_at(const Shape& shape, bool pinned) {
 
 void Equilibrium::respond_to_rods(const Shape& shape, const std::vector<RodSlope>& slopes,
                                   std::vector<Vector6>& tip_moves) {
+    if (slopes.size() != shape.rods.size()) throw std::invalid_argument("one slope a rod is needed");
     integrate(scene_, shape, 1, [&](const rod::RodPiece& part, std::size_t i, int e) {
         const RodShape& rod = shape.rods[i];
         batch_.add(part, rod.nodes[e], rod.wrenches[e], slopes[i].section, slopes[i].rest_length / rod.elements(),

@@ -74,11 +74,8 @@ double lengthening(const Scene& before, const Scene& now) {
     return largest;
 }
 
-/// Whether the same freedoms are held, all turns of a plate or none: the stiffness of one scene then has the rows of
-/// the other's.
-bool same_freedoms(const Scene& a, const Scene& b) {
-    return std::equal(a.holds.begin(), a.holds.end(), b.holds.begin(), b.holds.end(),
-                      [](const Hold& p, const Hold& q) { return p.held == q.held && !p.partly_turned(); });
+bool holds_plates(const Scene& scene) {
+    return std::any_of(scene.holds.begin(), scene.holds.end(), [](const Hold& hold) { return hold.any(); });
 }
 
 }  // namespace
@@ -330,10 +327,11 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
 
 Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions& options, const Solved& start) {
     const Solution& before = start.solution;
-    // Without a linearisation of its own a start is worth one where the answer is probably near enough to be followed.
+    // With held plates it is wrenches that are asked for, and steps of the poses say little of them. Without a
+    // linearisation of its own a start is worth one where the answer is probably near enough to be followed.
     constexpr double near_lengthening = 0.005;
     if (before.status != SolveStatus::converged || !before.stable || !same_geometry(start.geometry, geometry) ||
-        !same_freedoms(start.scene, scene) ||
+        holds_plates(start.scene) || holds_plates(scene) ||
         (!before.followed && !(lengthening(start.scene, scene) < near_lengthening)))
         return solve(geometry, scene, options, &before.shape);
     Attempt attempt;
