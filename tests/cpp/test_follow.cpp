@@ -81,6 +81,38 @@ CLAIM(a_posture_that_is_followed_is_the_one_that_a_tight_solve_finds) {
     CHECK(2 * followed > solved && followed < solved);  // what is too far is solved as from any shape
 }
 
+CLAIM(soft_rods_beside_stiff_ones_close_where_they_are_followed) {
+    // Wrenches of the soft ones count for nothing beside those of the others, and so do steps of the poses.
+    Draw draw(17);
+    int followed = 0;
+    for (int trial = 0; trial < 20; ++trial) {
+        const auto geometry = geometry_of({ring(6, 0.03, 0.01, 0.1)}, 0.2);
+        Scene scene = bare_scene(*geometry, soft_section(), 0.2);
+        const double ratio = std::pow(10.0, draw(3.0, 6.0)), tolerance = std::pow(10.0, draw(-7.0, -4.0));
+        for (int i = 0; i < 6; i += 2) {
+            scene.rods[i].section =
+                Section::make(400.0 * ratio, 130.0 * ratio, 0.08 * ratio, 0.06 * ratio, 0.4, 0.0, 0.0);
+            scene.rods[i].rest_length = 0.2 + draw(-0.01, 0.01);
+        }
+        const SolveOptions options{.tolerance = tolerance, .interrupted = {}};
+        const Posture cold = posture_of(geometry, scene, options);
+        Posture at = posture_of(geometry, scene, options, &cold.solution.shape);
+        for (int step = 0; step < 5; ++step) {
+            for (int i = 1; i < 6; i += 2) scene.rods[i].rest_length *= 1.0 + 4e-3 * draw();
+            const Posture next = follow(at, scene, options);
+            if (next.solution.status != SolveStatus::converged) break;
+            const Verification found = verify(next);
+            CHECK_NEAR(found.position_error, 0.0, 10.0 * tolerance);
+            CHECK_NEAR(found.rotation_error, 0.0, 10.0 * tolerance);
+            CHECK_NEAR(found.force_error, 0.0, 10.0 * tolerance);
+            CHECK_NEAR(found.moment_error, 0.0, 10.0 * tolerance);
+            followed += next.solution.followed;
+            at = next;
+        }
+    }
+    CHECK(followed > 20);
+}
+
 CLAIM(a_stiffness_at_hand_and_one_that_is_taken_again_give_the_same_bits) {
     Walk walk(7);
     Posture at = first(walk.scene());

@@ -190,6 +190,8 @@ private:
     bool surely_stable(double changed);
     double bounded_factor(const Shape& shape, double largest_turn) const;
     double relative_residual(const Shape& shape, const Scales& scales) const;
+    /// By which an end of a piece misses its node at the last linearisation: relative to the limb, or in radians.
+    double largest_gap() const;
 
     static rod::RodPiece piece_of(const Scene& scene, int i, const Shape& shape) {
         return {&scene.rods[i].section, scene.rods[i].rest_length / shape.rods[i].elements(), scene.line_load(i)};

@@ -86,6 +86,20 @@ struct LaneCompliances {
     }
 };
 
+/// The same where every lane's axial law is linear, as most are: steps have a third less code, which leaves room for more
+/// in the nearest cache.
+struct LinearCompliances {
+    const LaneCompliances& all;
+    const Pack &unit = all.unit, &shear = all.shear, &bending = all.bending, &torsion = all.torsion;
+    const Pack &coupling = all.coupling, &rest_twist = all.rest_twist;
+
+    SOFTLIMB_ALWAYS_INLINE explicit LinearCompliances(const LaneCompliances& of) : all(of) {}
+    SOFTLIMB_ALWAYS_INLINE void axial(const Pack& force, Pack& strain, Pack& compliance) const {
+        strain = force * all.coefficient[0];
+        compliance = all.coefficient[0];
+    }
+};
+
 /// What W pieces are made of; lanes beyond `count` repeat the last piece.
 struct Material {
     LaneCompliances k;
@@ -162,13 +176,14 @@ struct Parameter {
     SOFTLIMB_ALWAYS_INLINE Parameter(const Parameter& p, const Pack& step)
         : k(p.k.over(step)), force(step * p.force), length(p.length) {}
 
-    /// `vary` at this dn, with strains and curvatures that move by themselves too.
+    /// `vary` at this dn, with strains and curvatures that move by themselves too, as `K` of the compliances says.
+    template <class K>
     SOFTLIMB_ALWAYS_INLINE Variation<Pack> vary_with(const LaneCompliances& of, const Linearisation<Pack>& at,
                                                      const V& rotation, const V& moment, const V& dn) const {
         const V x = dn - cross(rotation, at.n), y = moment - cross(rotation, at.m);
         const Pack n3 = dot(at.t, at.n), m3 = dot(at.t, at.m), tx = dot(at.t, x), ty = dot(at.t, y);
         Pack strain, ignored;
-        k.axial(n3, strain, ignored);
+        static_cast<K>(k).axial(n3, strain, ignored);
         const Pack bend = (of.torsion - of.bending) * ty + of.coupling * tx + (k.torsion - k.bending) * m3 +
                           k.coupling * n3 + k.rest_twist;
         const Pack pull =
@@ -179,9 +194,10 @@ struct Parameter {
     }
 };
 
-/// One step of the state; `seen(stage, linearisation)` looks at each stage.
-template <class Seen>
+/// One step of the state, with compliances as a `K`; `seen(stage, linearisation)` looks at each stage.
+template <class K, class Seen>
 SOFTLIMB_ALWAYS_INLINE void step_state(Pieces& p, const StepOf& over, Seen&& seen) {
+    const K k(over.k);
     RodState<Pack> dy[stages];
     const RodState<Pack> from = p.y;
     unrolled<0, stages>([&](auto stage) SOFTLIMB_LAMBDA_INLINE {
@@ -195,7 +211,7 @@ SOFTLIMB_ALWAYS_INLINE void step_state(Pieces& p, const StepOf& over, Seen&& see
             }
         });
         Linearisation<Pack> linear;
-        const RodState<Pack> d = rate(over.k, at, p.n - Pack(Method::c[i]) * over.force, over.moment, linear);
+        const RodState<Pack> d = rate(k, at, p.n - Pack(Method::c[i]) * over.force, over.moment, linear);
         if constexpr (Method::b[i] != 0.0) p.y.position += Pack(Method::b[i]) * d.position;
         dy[i].tangent = d.tangent, dy[i].director = d.director, dy[i].moment = d.moment;
         seen(stage, linear);
@@ -217,9 +233,16 @@ SOFTLIMB_ALWAYS_INLINE void make_orthonormal(RodState<Pack>& y) {
 
 /// Advances the pieces. Not inlined, as those below: its name is this instruction set's own, and compiled once it is
 /// compiled fast.
-void advance(Pieces& p, const StepOf& over, int steps) {
+template <class K>
+SOFTLIMB_NEVER_INLINE void steps_alone(Pieces& p, const StepOf& over, int steps) {
     for (int step = 0; step < steps; ++step)
-        step_state(p, over, [](auto, const Linearisation<Pack>&) SOFTLIMB_LAMBDA_INLINE {});
+        step_state<K>(p, over, [](auto, const Linearisation<Pack>&) SOFTLIMB_LAMBDA_INLINE {});
+}
+void advance(Pieces& p, const StepOf& over, int steps) {
+    if (over.k.degree == 0)
+        steps_alone<LinearCompliances>(p, over, steps);
+    else
+        steps_alone<const LaneCompliances&>(p, over, steps);
     make_orthonormal(p.y);
 }
 
@@ -263,8 +286,15 @@ SOFTLIMB_NEVER_INLINE void step_free(Variation<Pack>& z, const LaneCompliances& 
 }
 
 /// One step of the state, whose stages are written down for those of the variations.
-SOFTLIMB_NEVER_INLINE void step_recorded(Pieces& p, const StepOf& over, Linearisation<Pack>* linear) {
-    step_state(p, over, [&](auto stage, const Linearisation<Pack>& l) SOFTLIMB_LAMBDA_INLINE { linear[stage] = l; });
+template <class K>
+SOFTLIMB_NEVER_INLINE void step_recorded_as(Pieces& p, const StepOf& over, Linearisation<Pack>* linear) {
+    step_state<K>(p, over, [&](auto stage, const Linearisation<Pack>& l) SOFTLIMB_LAMBDA_INLINE { linear[stage] = l; });
+}
+SOFTLIMB_ALWAYS_INLINE void step_recorded(Pieces& p, const StepOf& over, Linearisation<Pack>* linear) {
+    if (over.k.degree == 0)
+        step_recorded_as<LinearCompliances>(p, over, linear);
+    else
+        step_recorded_as<const LaneCompliances&>(p, over, linear);
 }
 
 /// Advances the pieces and `columns` variations, of which the first three are those of the base force.
@@ -282,10 +312,12 @@ void advance_with(Pieces& p, const StepOf& over, int steps, Variation<Pack>* z, 
 }
 
 /// One step of the variation with a parameter, `before` steps behind it.
+template <class K>
 SOFTLIMB_NEVER_INLINE void step_with(Variation<Pack>& z, const LaneCompliances& k, const Linearisation<Pack>* linear,
                                      const Parameter& over, int before) {
     step_column(z, [&](auto stage, const V& rotation, const V& moment) SOFTLIMB_LAMBDA_INLINE {
-        return over.vary_with(k, linear[stage], rotation, moment, Pack(before + Method::c[stage]) * over.force);
+        const V dn = Pack(before + Method::c[stage]) * over.force;
+        return over.vary_with<K>(k, linear[stage], rotation, moment, dn);
     });
 }
 
@@ -296,7 +328,10 @@ void advance_with(Pieces& p, const Material& of, int steps, const Parameter& par
     Linearisation<Pack> linear[stages];
     for (int step = 0; step < steps; ++step) {
         step_recorded(p, over, linear);
-        step_with(z, over.k, linear, over_step, step);
+        if (over.k.degree == 0)
+            step_with<LinearCompliances>(z, over.k, linear, over_step, step);
+        else
+            step_with<const LaneCompliances&>(z, over.k, linear, over_step, step);
     }
     make_orthonormal(p.y);
     // A longer piece goes on as it ends.
