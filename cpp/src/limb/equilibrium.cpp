@@ -835,7 +835,8 @@ void Equilibrium::respond_to_rods(const Shape& shape, const std::vector<RodSlope
     });
     // Only the two plates of a rod are loaded, and only the last one's move is asked for.
     balance_.system().last_of_inverse(tip_by_plate_);
-    for (int j = 0; j < geometry_.plates(); ++j) tip_by_plate_[j] = (tip_by_plate_[j] * -balance_.projector(j)).eval();
+    for (int j = 0; j < geometry_.plates(); ++j)
+        if (scene_.holds[j].any()) tip_by_plate_[j] = (tip_by_plate_[j] * balance_.projector(j)).eval();
     tip_moves.resize(slopes.size());
     std::size_t i = 0;
     for (int j = 0; j < geometry_.plates(); ++j)
@@ -848,8 +849,8 @@ void Equilibrium::respond_to_rods(const Shape& shape, const std::vector<RodSlope
             for (int plate = std::max(0, j - 1); plate <= j; ++plate) plate_forces_[plate].setZero();
             Balance::add_carried(geometry_, shape.plates, j, place, chains_[i].condense_loads(loads_[i], interior_[i]),
                                  plate_forces_);
-            tip_moves[i].noalias() = tip_by_plate_[j] * plate_forces_[j];
-            if (j > 0) tip_moves[i].noalias() += tip_by_plate_[j - 1] * plate_forces_[j - 1];
+            tip_moves[i].noalias() = -(tip_by_plate_[j] * plate_forces_[j]);
+            if (j > 0) tip_moves[i].noalias() -= tip_by_plate_[j - 1] * plate_forces_[j - 1];
             ++i;
         }
 }

@@ -16,6 +16,7 @@ Members::Members(std::vector<Member> members) : members_(std::move(members)) {
         while (twin >= 0 && actuators_[twin].tube != member.tube.get() && !(*actuators_[twin].tube == *member.tube))
             --twin;
         actuators_.push_back({rod, twin, member.tube.get()});
+        driven_.push_back(rod);
     }
 }
 
@@ -60,12 +61,6 @@ std::vector<limb::RodSlope> Members::slopes_at(const double* pressures, actuator
         slopes[actuator.rod] = {slope.section, slope.rest_length};
     }
     return slopes;
-}
-
-std::vector<int> Members::driven() const {
-    std::vector<int> rods;
-    for (const Actuator& actuator : actuators_) rods.push_back(actuator.rod);
-    return rods;
 }
 
 std::string Members::reason(const Refusal& refusal) const {

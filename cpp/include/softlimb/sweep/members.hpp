@@ -47,7 +47,7 @@ public:
     std::vector<limb::RodSlope> slopes_at(const double* pressures, actuator::SectionModel model,
                                           actuator::Valve valve) const;
     /// Rods that actuators are, in the actuators' order.
-    std::vector<int> driven() const;
+    const std::vector<int>& driven() const { return driven_; }
     /// What a refusal means, in words.
     std::string reason(const Refusal& refusal) const;
 
@@ -59,6 +59,7 @@ private:
     };
     std::vector<Member> members_;
     std::vector<Actuator> actuators_;
+    std::vector<int> driven_;
     std::vector<double> radii_;
 };
 
