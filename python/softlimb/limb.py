@@ -429,8 +429,8 @@ class Limb:
         tolerance : float
             Tip error asked for, relative to ``limb.length``; 1e-12 to 0.1.
         start : Posture or array_like of shape (J, 4, 4), optional
-            Where to start: an earlier posture of this limb, or plate poses. Default: constant curvature, and a descent
-            of the energy from there.
+            Where to start: an earlier posture of this limb, or plate poses. From a posture near by a solve is fastest,
+            and so is its Jacobian. Default: constant curvature, and a descent of the energy from there.
         prefer_stable : bool
             Leave an unstable equilibrium along its mode and descend to a stable one. False returns what is found first.
         section : {"tangent", "nonlinear", "paper"}
