@@ -10,9 +10,10 @@
 namespace softlimb::limb {
 namespace {
 
-/// How fast steps with one stiffness shrink: each leaves about the same share of what the one before it left, the first
-/// about three times its own size.
+/// How fast steps with one stiffness shrink: each leaves about the same share of what the one before it left. Before
+/// there were two, a share is foretold by the size of the first.
 struct Shrinking {
+    double foretold;  // over the size
     double share = 0.0, last = 0.0;
     bool measured = false;
 
@@ -22,7 +23,7 @@ struct Shrinking {
         last = size;
     }
     /// What is left after some more steps.
-    double left(int more) const { return std::pow(measured ? share : std::min(3.0 * last, 1.0), more + 1) * last; }
+    double left(int more) const { return std::pow(measured ? share : std::min(foretold * last, 1.0), more + 1) * last; }
 };
 
 }  // namespace
@@ -58,7 +59,7 @@ NewtonReport Equilibrium::follow(const Scene& scene_before, const Shape& before,
     constexpr double largest_share = 0.3;
     const double pose_target = 0.25 * settings.tolerance, wrench_target = 5.0 * settings.tolerance;
     Scales scales = scales_at(shape);
-    Shrinking pose, wrench;
+    Shrinking pose{3.0}, wrench{1.0};
     for (int step = 0, fine = 0;; ++step) {
         if (step == most_steps || !work.spend(pieces)) return report;
         propose_again(shape, fine > 0 ? 2 : 1);
