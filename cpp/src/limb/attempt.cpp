@@ -51,11 +51,17 @@ Attempt refine(const Scene& scene, const SolveOptions& options, solve::Work& wor
     settings.max_iterations = options.max_iterations;
     choose_mesh(scene, options.tolerance, shape, largest_piece);
     attempt.shape = std::move(shape);
-    for (int round = 0; round < 4; ++round) {
+    // Pieces that were found to be too long are not joined again: the mesh settles.
+    constexpr int rounds = 4;
+    for (int round = 1;; ++round) {
         attempt.report = equilibrium.solve(attempt.shape, settings, work);
         iterations += attempt.report.iterations;
         if (!attempt.converged() || mesh_suffices(scene, options.tolerance, attempt.shape)) break;
-        choose_mesh(scene, options.tolerance, attempt.shape, largest_piece);
+        if (round == rounds) {
+            attempt.report.status = SolveStatus::no_progress;
+            break;
+        }
+        choose_mesh(scene, options.tolerance, attempt.shape, largest_piece, Joining::none);
     }
     return attempt;
 }

@@ -120,7 +120,7 @@ void fill_packs(Shape& shape) {
 
 }  // namespace
 
-void choose_mesh(const Scene& scene, double tolerance, Shape& shape, double largest_piece) {
+void choose_mesh(const Scene& scene, double tolerance, Shape& shape, double largest_piece, Joining joining) {
     // Wrenches of a shape far from balance ask for any number of pieces, and each call splits what it finds: a rod of
     // growth e^80 needs 54, one of forty turns 168.
     constexpr double largest_rod = 400.0;
@@ -138,7 +138,7 @@ void choose_mesh(const Scene& scene, double tolerance, Shape& shape, double larg
         constexpr double room = 1.2;
         if (wanted(whole) > rod.elements())
             split_elements(rod, (wanted(whole) + rod.elements() - 1) / rod.elements());
-        else if (largest_piece > newton_piece)
+        else if (largest_piece > newton_piece && joining == Joining::allowed)
             merge_elements(rod, wanted(room * whole));
         rod.integration = {8, std::max(1, static_cast<int>(std::ceil(whole / (rod.elements() * step))))};
     }

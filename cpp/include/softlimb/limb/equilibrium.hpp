@@ -227,7 +227,9 @@ double allowed_step(double tolerance);
 
 /// Chooses pieces and steps of every rod from its internal wrenches, so that a piece turns little and grows little and
 /// the integration should meet the tolerance. Splits pieces of `shape` where they are too long; joins short ones where
-/// `largest_piece` is that of a warm start.
-void choose_mesh(const Scene& scene, double tolerance, Shape& shape, double largest_piece = newton_piece);
+/// `largest_piece` is that of a warm start and joining is allowed.
+enum class Joining { allowed, none };
+void choose_mesh(const Scene& scene, double tolerance, Shape& shape, double largest_piece = newton_piece,
+                 Joining joining = Joining::allowed);
 
 }  // namespace softlimb::limb
