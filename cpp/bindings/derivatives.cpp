@@ -184,8 +184,8 @@ void bind_derivatives(py::module_& m) {
                                     [&](const auto& slopes) { return limb::tip_by_rods(posture, slopes); });
         },
         py::arg("followed"), py::arg("members"), py::arg("section"), py::arg("valve"), py::arg("pressures"),
-        "The same of a posture that was followed, by the linearisation that its solve ended with; at its own pressures "
-        "where none are given.");
+        "Tip (dp, dtheta) by each pressure, (6, actuators), of a posture that was followed: by the linearisation "
+        "that its solve ended with. At its own pressures where none are given; RuntimeError where it has none.");
     m.def(
         "linearised",
         [](const std::shared_ptr<Posture>& posture, double tolerance) {

@@ -2710,7 +2710,7 @@ def thread_geometry(*, inner: typing.SupportsFloat | typing.SupportsIndex, outer
     """
 def tip_by_pressures(followed: Posture, members: Members, section: str, valve: str, pressures: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None) -> numpy.typing.NDArray[numpy.float64]:
     """
-    The same of a posture that was followed, by the linearisation that its solve ended with; at its own pressures where none are given.
+    Tip (dp, dtheta) by each pressure, (6, actuators), of a posture that was followed: by the linearisation that its solve ended with. At its own pressures where none are given; RuntimeError where it has none.
     """
 def use_instruction_set(name: str) -> None:
     """

@@ -34,6 +34,7 @@ struct Pose {
     Pose operator*(const Pose& b) const { return {position + rotation * b.position, rotation * b.rotation}; }
     Pose inverse() const { return {-(rotation.transpose() * position), rotation.transpose()}; }
     bool finite() const { return position.allFinite() && rotation.allFinite(); }
+    bool operator==(const Pose&) const = default;
 };
 
 /// The homogeneous matrix of a pose, row by row: 16 numbers.

@@ -10,6 +10,10 @@
 namespace softlimb::limb {
 namespace {
 
+[[noreturn]] void throw_singular() {
+    throw std::runtime_error("the stiffness is singular here, at a fold: no derivatives");
+}
+
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -130,8 +134,7 @@ Derivatives::Derivatives(std::shared_ptr<const Posture> posture, double toleranc
     constexpr double rounding = 1e-11;
     if (!linearise(std::max(tolerance, rounding))) {
         shape_ = posture_->solution.shape;
-        if (!linearise(std::numeric_limits<double>::infinity()))
-            throw std::runtime_error("the stiffness is singular here, at a fold: no derivatives");
+        if (!linearise(std::numeric_limits<double>::infinity())) throw_singular();
     }
 }
 
@@ -160,8 +163,7 @@ const std::vector<solve::BlockTridiagonal>& Derivatives::transposed() const {
             if (j > 0) plates.lower[j] = k.upper[j - 1].transpose();
             if (j + 1 < k.rows()) plates.upper[j] = k.lower[j + 1].transpose();
         }
-        if (!regular || !plates.factor())
-            throw std::runtime_error("the stiffness is singular here, at a fold: no derivatives");
+        if (!regular || !plates.factor()) throw_singular();
         transposed_ = std::move(systems);
     });
     return transposed_;
@@ -533,8 +535,7 @@ MatrixXd Derivatives::adjoint(const MatrixXd& weights, const std::vector<SceneRa
 std::vector<Vector6> tip_by_rods(const Posture& followed, const std::vector<RodSlope>& slopes) {
     const Solution& solution = followed.solution;
     Equilibrium equilibrium(*followed.geometry, followed.scene, solution.linearisation);
-    if (!equilibrium.at_hand(solution.linearisation) && !equilibrium.linearise_at(solution.shape))
-        throw std::runtime_error("the stiffness is singular here, at a fold: no derivatives");
+    if (!equilibrium.at_hand(solution.linearisation) && !equilibrium.linearise_at(solution.shape)) throw_singular();
     std::vector<Vector6> moves;
     equilibrium.respond_to_rods(solution.shape, slopes, moves);
     return moves;

@@ -187,9 +187,7 @@ void Equilibrium::resize(const Shape& shape) {
         interior_[i].assign(elements + 1, Vector6::Zero());
         length += scene_.rods[i].rest_length / static_cast<double>(rods);
     }
-    int pieces = 0;
-    for (const RodShape& rod : shape.rods) pieces += rod.elements();
-    batch_.reserve(pieces);
+    batch_.reserve(shape.pieces());
     balance_.resize(geometry_.plates());
     symmetric_.resize(geometry_.plates());
     tip_by_plate_.resize(geometry_.plates());
@@ -434,8 +432,7 @@ NewtonReport Equilibrium::solve(Shape& shape, const NewtonSettings& settings, so
     double previous = 1e300;
     int refinements = 0, stalls = 0;
     bool refined = false;
-    long elements = 0;
-    for (const RodShape& rod : shape.rods) elements += rod.elements();
+    const long elements = shape.pieces();
     // Of a plate that is held in some turns the free directions belong to its pose: a step with an older pose's would
     // balance the wrong ones.
     const bool same_freedoms =
@@ -785,8 +782,7 @@ Vector6 Equilibrium::base_wrench(const Shape& shape) const {
 
 std::vector<Vector6> Equilibrium::reactions(const Shape& shape) const {
     std::vector<Vector6> reactions(geometry_.plates(), Vector6::Zero());
-    if (std::none_of(scene_.holds.begin(), scene_.holds.end(), [](const Hold& hold) { return hold.any(); }))
-        return reactions;
+    if (!scene_.holds_plates()) return reactions;
     // What the rods ask of a held plate beyond its loads, from the final wrenches by integration to the rods' ends.
     std::vector<Vector12> ends(shape.rods.size());
     for (std::size_t i = 0; i < shape.rods.size(); ++i) {

@@ -51,8 +51,7 @@ NewtonReport Equilibrium::follow(const Scene& scene_before, const Shape& before,
     shift_.setZero();
     neutral_.clear();
     if (!linearised && !linearise(scene_before, before)) return report;
-    int pieces = 0;
-    for (const RodShape& rod : shape.rods) pieces += rod.elements();
+    const int pieces = shape.pieces();
     // The first step that is integrated with half the step brings in what the coarse ones err by as well: of poses no
     // more than the tolerance, or the last word below is no; of wrenches much where rods are stiff.
     constexpr int most_steps = 6;

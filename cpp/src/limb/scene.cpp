@@ -1,5 +1,7 @@
 #include "softlimb/limb/scene.hpp"
 
+#include <algorithm>
+
 namespace softlimb::limb {
 
 Pose Geometry::distal_face(int j, const Pose& plate) const {
@@ -22,6 +24,10 @@ bool Scene::loads_rods() const {
     for (std::size_t i = 0; i < rods.size(); ++i)
         if (!is_zero(line_load(static_cast<int>(i)))) return true;
     return false;
+}
+
+bool Scene::holds_plates() const {
+    return std::any_of(holds.begin(), holds.end(), [](const Hold& hold) { return hold.any(); });
 }
 
 bool Scene::conservative() const {

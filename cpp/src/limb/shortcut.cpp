@@ -5,11 +5,9 @@
 namespace softlimb::limb {
 namespace {
 
-bool same(const Pose& a, const Pose& b) { return a.position == b.position && a.rotation == b.rotation; }
-
 bool has_loads_at_plates(const Scene& scene) {
     return std::any_of(scene.wrenches.begin(), scene.wrenches.end(), [](const Vector6& w) { return !w.isZero(0.0); }) ||
-           std::any_of(scene.holds.begin(), scene.holds.end(), [](const Hold& hold) { return hold.any(); });
+           scene.holds_plates();
 }
 
 /// A segment as a limb of its own, at its pressures.
@@ -31,10 +29,7 @@ Part part_of(const Geometry& geometry, const Scene& scene, int j, int first) {
 }
 
 bool same(const Part& a, const Part& b) {
-    const std::vector<Placement>&p = a.geometry.segments[0].rods, &q = b.geometry.segments[0].rods;
-    return std::equal(
-               p.begin(), p.end(), q.begin(), q.end(),
-               [](const Placement& x, const Placement& y) { return same(x.base, y.base) && same(x.end, y.end); }) &&
+    return a.geometry.segments[0].rods == b.geometry.segments[0].rods &&
            std::equal(a.scene.rods.begin(), a.scene.rods.end(), b.scene.rods.begin(), b.scene.rods.end(),
                       [](const RodAtPressure& x, const RodAtPressure& y) {
                           return x.section == y.section && x.rest_length == y.rest_length;
@@ -66,7 +61,7 @@ bool straight_when_pulled(const Segment& segment, const RodAtPressure* rods) {
     for (std::size_t k = 0; k < segment.rods.size(); ++k) {
         const Placement& place = segment.rods[k];
         const RodAtPressure& rod = rods[k];
-        if (!place.base.rotation.isIdentity(0.0) || !same(place.base, place.end) || place.base.position.z() != 0.0)
+        if (!place.base.rotation.isIdentity(0.0) || !(place.base == place.end) || place.base.position.z() != 0.0)
             return false;
         if (!(rod.section == rods[0].section) || rod.rest_length != rods[0].rest_length || !is_zero(rod.line_load))
             return false;
@@ -138,8 +133,7 @@ std::optional<Shape> straight_shape(const Geometry& geometry, const Scene& scene
     if (!along_z(scene.gravity) || scene.following) return std::nullopt;
     for (const Vector6& w : scene.wrenches)
         if (!along_z(w.head<3>()) || !w.tail<3>().isZero(0.0)) return std::nullopt;
-    if (std::any_of(scene.holds.begin(), scene.holds.end(), [](const Hold& hold) { return hold.any(); }))
-        return std::nullopt;
+    if (scene.holds_plates()) return std::nullopt;
     int first = 0;
     for (const Segment& segment : geometry.segments) {
         if (!straight_when_pulled(segment, scene.rods.data() + first)) return std::nullopt;

@@ -51,31 +51,12 @@ void note_columns(const Scene& scene, Solution& solution) {
         solution.plan.push_back("no gravity or other load along the rods: six columns a piece instead of eight");
 }
 
-bool same_place(const Pose& a, const Pose& b) { return a.position == b.position && a.rotation == b.rotation; }
-
-bool same_geometry(const Geometry& a, const Geometry& b) {
-    if (&a == &b) return true;
-    const auto same_rods = [](const Placement& p, const Placement& q) {
-        return same_place(p.base, q.base) && same_place(p.end, q.end);
-    };
-    const auto same_segments = [&](const Segment& s, const Segment& t) {
-        return s.plate_thickness == t.plate_thickness && s.plate_mass == t.plate_mass &&
-               std::equal(s.rods.begin(), s.rods.end(), t.rods.begin(), t.rods.end(), same_rods);
-    };
-    return a.length == b.length &&
-           std::equal(a.segments.begin(), a.segments.end(), b.segments.begin(), b.segments.end(), same_segments);
-}
-
 /// Largest relative change of a rest length.
 double lengthening(const Scene& before, const Scene& now) {
     double largest = 0.0;
     for (std::size_t i = 0; i < now.rods.size(); ++i)
         grow(largest, std::abs(now.rods[i].rest_length / before.rods[i].rest_length - 1.0));
     return largest;
-}
-
-bool holds_plates(const Scene& scene) {
-    return std::any_of(scene.holds.begin(), scene.holds.end(), [](const Hold& hold) { return hold.any(); });
 }
 
 }  // namespace
@@ -330,9 +311,9 @@ Solution solve(const Geometry& geometry, const Scene& scene, const SolveOptions&
     // With held plates it is wrenches that are asked for, and steps of the poses say little of them. Without a
     // linearisation of its own a start is worth one where the answer is probably near enough to be followed.
     constexpr double near_lengthening = 0.005;
-    if (before.status != SolveStatus::converged || !before.stable || !same_geometry(start.geometry, geometry) ||
-        holds_plates(start.scene) || holds_plates(scene) ||
-        (!before.followed && !(lengthening(start.scene, scene) < near_lengthening)))
+    const bool same_limb = &start.geometry == &geometry || start.geometry == geometry;
+    if (before.status != SolveStatus::converged || !before.stable || !same_limb || start.scene.holds_plates() ||
+        scene.holds_plates() || (!before.followed && !(lengthening(start.scene, scene) < near_lengthening)))
         return solve(geometry, scene, options, &before.shape);
     Attempt attempt;
     attempt.shape = before.shape;

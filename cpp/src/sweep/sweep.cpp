@@ -86,8 +86,7 @@ void sweep(const limb::Geometry& geometry, const Members& members, const limb::S
 
 std::optional<Atlas> survey(const limb::Geometry& geometry, const Members& members, const limb::Scene& scene,
                             const SweepOptions& options, const double* pressures, std::int64_t rows, const Tick& tick) {
-    for (const limb::Hold& hold : scene.holds)
-        if (hold.any()) return std::nullopt;
+    if (scene.holds_plates()) return std::nullopt;
     std::vector<Anchor> anchors;
     // Solves rows and adds them to the anchors; false where the survey must end.
     const auto add = [&](std::int64_t first, std::int64_t end, const Atlas* atlas) {

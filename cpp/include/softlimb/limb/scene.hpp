@@ -13,6 +13,7 @@ namespace softlimb::limb {
 /// Where a rod stands: its base in the frame of the proximal plate's distal face, its end in the distal plate's frame.
 struct Placement {
     Pose base, end;
+    bool operator==(const Placement&) const = default;
 };
 
 /// Rods in parallel and the plate at their end. The plate's frame lies on the face where the rods end; the next rods
@@ -21,12 +22,14 @@ struct Segment {
     std::vector<Placement> rods;
     double plate_thickness = 0.0;  // [m]
     double plate_mass = 0.0;       // [kg]
+    bool operator==(const Segment&) const = default;
 };
 
 struct Geometry {
     std::vector<Segment> segments;
     double length = 0.0;  // unpressurised rods plus the plates between them [m]: what relative errors refer to
 
+    bool operator==(const Geometry&) const = default;
     int plates() const { return static_cast<int>(segments.size()); }
     int rods() const {
         int count = 0;
@@ -67,6 +70,8 @@ struct Scene {
     rod::LineLoad<double> line_load(int i) const;
     /// Some rod carries a load between its ends, its weight included.
     bool loads_rods() const;
+    /// Some freedom of some plate is held.
+    bool holds_plates() const;
     /// No potential exists: a dead moment or a following wrench on a plate that may turn, or a distributed moment.
     bool conservative() const;
 };
@@ -82,6 +87,12 @@ struct RodShape {
 struct Shape {
     std::vector<Pose> plates;
     std::vector<RodShape> rods;
+    /// Of all rods together.
+    int pieces() const {
+        int count = 0;
+        for (const RodShape& rod : rods) count += rod.elements();
+        return count;
+    }
 };
 
 /// Puts the first and last node of every rod where the plates say.
