@@ -33,6 +33,28 @@ inline const ChebyshevRule& chebyshev_rule() {
     return rule;
 }
 
+/// T_k(u), every second one from the two before it: T_{k+2} = 2 T_2 T_k - T_{k-2}. Neither the even nor the odd ones
+/// wait for the others.
+struct ChebyshevTerms {
+    static constexpr int nodes = ChebyshevRule::nodes;
+    std::array<double, nodes> value;
+
+    explicit ChebyshevTerms(double u) {
+        const double twice_second = 2.0 * (2.0 * u * u - 1.0);
+        value[0] = 1.0, value[1] = u, value[2] = 0.5 * twice_second, value[3] = (twice_second - 1.0) * u;
+        for (int k = 4; k < nodes; ++k) value[k] = twice_second * value[k - 2] - value[k - 4];
+    }
+    /// T_k'(u) = k U_{k-1}(u), which has the same recurrence.
+    std::array<double, nodes> slopes() const {
+        const double u = value[1], twice_second = 2.0 * value[2];
+        std::array<double, nodes> slope;
+        slope[0] = 0.0, slope[1] = 1.0, slope[2] = 2.0 * u, slope[3] = twice_second + 1.0;
+        for (int k = 4; k < nodes; ++k) slope[k] = twice_second * slope[k - 2] - slope[k - 4];
+        for (int k = 2; k < nodes; ++k) slope[k] *= k;
+        return slope;
+    }
+};
+
 /// `count` functions of x. Constant once fitted; knows where it has no values.
 template <std::size_t count>
 class Piecewise {
@@ -81,42 +103,28 @@ private:
         double from, to, centre, per_half;
         std::array<Values, nodes> coefficient;
 
-        // Clenshaw's recurrence, all functions side by side so that the compiler packs them, and one multiplication and
-        // one sum from term to term.
+        // Sums of T_k(u), all functions side by side so that the compiler packs them. The largest term comes last.
         template <std::size_t wanted = count>
         std::array<double, wanted> at(double x) const {
-            const double u = (x - centre) * per_half, twice = 2.0 * u;
-            std::array<double, wanted> b1 = first<wanted>(nodes - 1), b2{};
-            for (int k = nodes - 2; k > 0; --k)
-                for (std::size_t i = 0; i < wanted; ++i) {
-                    const double next = (coefficient[k][i] - b2[i]) + twice * b1[i];
-                    b2[i] = b1[i], b1[i] = next;
-                }
-            for (std::size_t i = 0; i < wanted; ++i) b1[i] = coefficient[0][i] + (u * b1[i] - b2[i]);
-            return b1;
+            const ChebyshevTerms terms((x - centre) * per_half);
+            std::array<double, wanted> y{};
+            for (int k = 1; k < nodes; ++k)
+                for (std::size_t i = 0; i < wanted; ++i) y[i] += terms.value[k] * coefficient[k][i];
+            for (std::size_t i = 0; i < wanted; ++i) y[i] += coefficient[0][i];
+            return y;
         }
-        // The same recurrence, and it differentiated.
         template <std::size_t wanted>
         std::array<double, wanted> at(double x, std::array<double, wanted>& slope) const {
-            const double u = (x - centre) * per_half, twice = 2.0 * u;
-            std::array<double, wanted> b1 = first<wanted>(nodes - 1), b2{}, d1{}, d2{};
-            for (int k = nodes - 2; k > 0; --k)
+            const ChebyshevTerms terms((x - centre) * per_half);
+            const std::array<double, nodes> slopes = terms.slopes();
+            std::array<double, wanted> y{}, s{};
+            for (int k = 1; k < nodes; ++k)
                 for (std::size_t i = 0; i < wanted; ++i) {
-                    const double next = (coefficient[k][i] - b2[i]) + twice * b1[i];
-                    const double next_slope = (2.0 * b1[i] - d2[i]) + twice * d1[i];
-                    b2[i] = b1[i], b1[i] = next, d2[i] = d1[i], d1[i] = next_slope;
+                    y[i] += terms.value[k] * coefficient[k][i];
+                    s[i] += slopes[k] * coefficient[k][i];
                 }
-            for (std::size_t i = 0; i < wanted; ++i) {
-                slope[i] = per_half * (b1[i] + (u * d1[i] - d2[i]));
-                b1[i] = coefficient[0][i] + (u * b1[i] - b2[i]);
-            }
-            return b1;
-        }
-        template <std::size_t wanted>
-        std::array<double, wanted> first(int k) const {
-            std::array<double, wanted> values;
-            std::copy_n(coefficient[k].begin(), wanted, values.begin());
-            return values;
+            for (std::size_t i = 0; i < wanted; ++i) y[i] += coefficient[0][i], slope[i] = per_half * s[i];
+            return y;
         }
     };
 
