@@ -4,6 +4,7 @@
 #include "examples.hpp"
 #include "same_bits.hpp"
 #include "softlimb/rod/element.hpp"
+#include "softlimb/rod/integrators.hpp"
 
 using namespace softlimb;
 using namespace softlimb::rod;
@@ -101,6 +102,70 @@ CLAIM(lanes_shoot_as_the_plain_integrator_does) {
             CHECK_NEAR(ends[i].pose.rotation, expected.pose.rotation, 1e-14);
             CHECK_NEAR(ends[i].wrench, expected.wrench, 1e-12);
         }
+    });
+}
+
+namespace {
+
+/// The same as `shoot_alone` by the plain integrator.
+template <class Method, int columns, template <class> class State>
+void shoot_plainly(const lanes::RodAlone& rod, State<double> y, RodState<double>* node,
+                   Variation<double> (*column)[2]) {
+    const Compliances<double> k(*rod.section);
+    Columns<double, columns> z;
+    for (int c = 0; c < columns; ++c) z.column[c] = column[rod.pieces][c];
+    Vec3<double> n = rod.tip_force;
+    for (int i = rod.pieces; i-- > 0;) {
+        advance<Method, columns>(k, rod.load, -rod.length / rod.pieces, rod.steps, n, y, z);
+        node[i].position = y.position, node[i].tangent = y.tangent, node[i].moment = y.moment;
+        if constexpr (requires { y.director; }) node[i].director = y.director;
+        for (int c = 0; c < columns; ++c) column[i][c] = z.column[c];
+    }
+}
+
+void shoot_plainly(const lanes::RodAlone& rod, RodState<double>* node, Variation<double> (*column)[2]) {
+    const RodState<double> tip = node[rod.pieces];
+    const AxisState<double> axis{tip.position, tip.tangent, tip.moment};
+    if (rod.wanted == lanes::Wanted::slopes) return shoot_plainly<Rk4, 2>(rod, axis, node, column);
+    if (rod.wanted == lanes::Wanted::axis) return shoot_plainly<Rk8, 0>(rod, axis, node, column);
+    shoot_plainly<Rk8, 0>(rod, tip, node, column);
+}
+
+}  // namespace
+
+CLAIM(a_rod_alone_is_shot_as_by_the_plain_integrator) {
+    Draw draw(76);
+    with_every_instruction_set([&] {
+        for (const lanes::Wanted wanted : {lanes::Wanted::slopes, lanes::Wanted::axis, lanes::Wanted::directors})
+            for (const Section& section : {soft_section(), odd_section()}) {
+                constexpr int pieces = 3;
+                const LineLoad<double> load{vec3(draw.matrix<Vector3>(3.0)), vec3(draw.matrix<Vector3>(0.05))};
+                const Vec3<double> force = vec3(draw.matrix<Vector3>(10.0));
+                const lanes::RodAlone rod{&section, 0.3, load, force, pieces, 2, wanted};
+                const Matrix3 frame = draw.pose(2.0).rotation;
+                RodState<double> node[pieces + 1]{}, expected[pieces + 1]{};
+                Variation<double> column[pieces + 1][2]{}, expected_column[pieces + 1][2]{};
+                node[pieces] = {{}, vec3(frame.col(2)), vec3(frame.col(0)), vec3(draw.matrix<Vector3>(0.1))};
+                for (int c = 0; c < 2; ++c) column[pieces][c].rotation = vec3(frame.col(c));
+                expected[pieces] = node[pieces];
+                for (int c = 0; c < 2; ++c) expected_column[pieces][c] = column[pieces][c];
+                lanes::kernel().shoot_alone(rod, node, column);
+                shoot_plainly(rod, expected, expected_column);
+                // Fused multiplications round otherwise: a few of the last digits of numbers of size one.
+                const auto check = [](const Vec3<double>& a, const Vec3<double>& b) {
+                    CHECK_NEAR(eigen(a), eigen(b), 1e-13 * (1.0 + eigen(b).norm()));
+                };
+                for (int i = 0; i <= pieces; ++i) {
+                    check(node[i].position, expected[i].position), check(node[i].tangent, expected[i].tangent);
+                    check(node[i].director, expected[i].director), check(node[i].moment, expected[i].moment);
+                    for (int c = 0; c < 2; ++c) {
+                        const Variation<double>&a = column[i][c], &b = expected_column[i][c];
+                        check(a.position, b.position), check(a.rotation, b.rotation), check(a.moment, b.moment);
+                    }
+                }
+                const bool moved = eigen(node[0].position).norm() > 0.01;
+                CHECK(moved && (wanted != lanes::Wanted::slopes || eigen(column[0][0].moment).norm() > 1e-3));
+            }
     });
 }
 

@@ -5,10 +5,12 @@
 #include <array>
 #include <cmath>
 
-#include "softlimb/rod/kernel.hpp"
+#include "softlimb/rod/lanes/pieces.hpp"
 
 namespace softlimb::limb {
 namespace {
+
+using rod::lanes::Wanted;
 
 constexpr int most_pieces = 8;
 
@@ -68,7 +70,7 @@ struct Shot {
     int pieces = 0;
     Across tip{Vector3::UnitZ()};
     std::array<rod::RodState<double>, most_pieces + 1> state;  // directors of the last shot that has them
-    std::array<std::array<rod::Variation<double>, 2>, most_pieces + 1> column;
+    rod::Variation<double> column[most_pieces + 1][2];
 
     Vector3 tangent(int node) const { return eigen(state[node].tangent); }
     Matrix3 rotation(int node) const {
@@ -87,29 +89,18 @@ struct Shot {
     double from_tip(int node) const { return 1.0 - static_cast<double>(node) / pieces; }
 };
 
-/// Columns of variations: none, or both.
-template <class Method, int Columns, template <class> class State>
-void shoot(const Cantilever& rod, State<double> y, int pieces, int steps, Shot& shot) {
-    const rod::Compliances<double> k(*rod.section);
-    rod::Columns<double, Columns> z;
-    if constexpr (Columns == 2) {
-        shot.tip = Across(eigen(y.tangent));
-        z.column[0].rotation = vec3(shot.tip.first), z.column[1].rotation = vec3(shot.tip.second);
-    }
-    Vec3<double> n = vec3(rod.tip_force);
+/// From a tip of that tangent; `pieces` and `steps` of each.
+void shoot(const Cantilever& rod, Wanted wanted, const Vector3& tangent, int pieces, int steps, Shot& shot) {
     shot.pieces = pieces;
-    for (int node = pieces; node >= 0; --node) {
-        rod::RodState<double>& at = shot.state[node];
-        at.position = y.position, at.tangent = y.tangent, at.moment = y.moment;
-        if constexpr (requires { y.director; }) at.director = y.director;
-        for (int i = 0; i < Columns; ++i) shot.column[node][i] = z.column[i];
-        if (node > 0) rod::advance<Method, Columns>(k, rod.load, -rod.length / pieces, steps, n, y, z);
+    const Across across(tangent);
+    shot.state[pieces] = {{}, vec3(tangent), vec3(across.first), {}};
+    if (wanted == Wanted::slopes) {
+        shot.tip = across;
+        shot.column[pieces][0] = {{}, vec3(across.first), {}}, shot.column[pieces][1] = {{}, vec3(across.second), {}};
     }
+    rod::lanes::kernel().shoot_alone({rod.section, rod.length, rod.load, vec3(rod.tip_force), pieces, steps, wanted},
+                                     shot.state.data(), shot.column);
 }
-
-/// What the tip starts from, without and with a director.
-rod::AxisState<double> bare_tip(const Vector3& tangent) { return {{}, vec3(tangent), {}}; }
-rod::RodState<double> whole_tip(const Vector3& tangent) { return {{}, vec3(tangent), vec3(Across(tangent).first), {}}; }
 
 /// Rotation of the tip that takes the base's tangent where it is clamped, to first order.
 Vector3 correction(const Cantilever& rod, const Shot& shot, const Matrix3& inverse) {
@@ -201,7 +192,7 @@ std::optional<Solution> solve_cantilever(const Geometry& geometry, const Scene& 
     constexpr double largest_growth = 8.0;
     if (!(rod->growth() < largest_growth)) return std::nullopt;
     const auto newton = [&](int pieces, Vector3& tip, Matrix3& inverse, Shot& shot) {
-        shoot<rod::Rk4, 2>(*rod, bare_tip(tip), pieces, 1, shot);
+        shoot(*rod, Wanted::slopes, tip, pieces, 1, shot);
         inverse = shot.turned(0).inverse();
         const Vector3 turn = correction(*rod, shot, inverse);
         const double size = turn.norm(), largest = 0.7;
@@ -235,7 +226,7 @@ std::optional<Solution> solve_cantilever(const Geometry& geometry, const Scene& 
         // By steps of the eighth order, with these slopes: each turn leaves the same share of the one before.
         for (int round = 0; !(left < 0.1 * options.tolerance); ++round) {
             if (round == most_fine || !std::isfinite(left)) return std::nullopt;
-            shoot<rod::Rk8, 0>(*rod, bare_tip(tip), pieces, 1, shot);
+            shoot(*rod, Wanted::axis, tip, pieces, 1, shot);
             const Vector3 turn = correction(*rod, shot, inverse);
             tip = exp_so3(turn) * tip;
             left = turn.norm() * std::min(turn.norm() / previous, 1.0);
@@ -243,7 +234,7 @@ std::optional<Solution> solve_cantilever(const Geometry& geometry, const Scene& 
             reach = eigen(shot.state[0].position) + shot.by(0, &rod::Variation<double>::position) * turn;
         }
         // The same with half the step tells the error, and is the answer.
-        shoot<rod::Rk8, 0>(*rod, whole_tip(tip), pieces, 2, shot);
+        shoot(*rod, Wanted::directors, tip, pieces, 2, shot);
         const Vector3 turn = correction(*rod, shot, inverse);
         turn_tip(*rod, shot, turn);
         solution.residual = turn.norm();

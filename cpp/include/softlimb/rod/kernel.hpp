@@ -1,7 +1,7 @@
 #pragma once
-// Explicit Runge-Kutta integration of the rod equations and of C variations, for one scalar S (double, Dual): the plain
-// version, for which any method of the list serves. The lanes (rod/lanes/) integrate many pieces side by side with the
-// same equations. Source: cpp/MECHANICS.md, "Rod".
+// Explicit Runge-Kutta integration of the rod equations and of C variations, for one scalar S (double, Dual, the
+// number of an instruction set): the plain version, for which any method of the list serves. The lanes (rod/lanes/)
+// integrate many pieces side by side with the same equations. Source: cpp/MECHANICS.md, "Rod".
 #include <array>
 
 #include "softlimb/dual.hpp"

@@ -10,7 +10,9 @@
 #include "softlimb/always_inline.hpp"
 #include "softlimb/rod/equations.hpp"
 #include "softlimb/rod/geodesic.hpp"
+#include "softlimb/rod/integrators/rk4.hpp"
 #include "softlimb/rod/integrators/rk8.hpp"
+#include "softlimb/rod/kernel.hpp"
 #include "softlimb/rod/lanes/pieces.hpp"
 #include "softlimb/solve/newton_numbers.hpp"
 #include "softlimb/unrolled.hpp"
@@ -701,6 +703,7 @@ void combine(const double* panels, int count, int panel_count, const double* wei
 #include "chains.ipp"
 #include "geodesics.ipp"
 #include "limbs.ipp"
+#include "shots.ipp"
 
 }  // namespace
 
@@ -714,6 +717,7 @@ const Kernel kernel{SOFTLIMB_INSTRUCTION_SET_NAME,
                     &condense,
                     &carry,
                     &combine,
+                    &shoot_alone,
                     limbs::functions};
 
 }  // namespace softlimb::rod::lanes::SOFTLIMB_INSTRUCTION_SET

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "softlimb/rod/equations.hpp"
 #include "softlimb/rod/lanes/limbs.hpp"
 #include "softlimb/section.hpp"
 
@@ -77,6 +78,19 @@ struct Elimination {
     double by_first[36], by_next[36], first_row[36], pivot[36], inverse[36], right[6];
 };
 
+/// Of a rod alone: axis and moment by RK4 with two columns, or by the eighth order without, or with the director too.
+enum class Wanted { slopes, axis, directors };
+
+/// A rod from its tip to its base, piece after piece.
+struct RodAlone {
+    const Section* section;
+    double length;  // of all pieces [m]
+    LineLoad<double> load;
+    Vec3<double> tip_force;  // internal [N]
+    int pieces, steps;       // steps of a piece
+    Wanted wanted;
+};
+
 /// Sums that `combine` makes at once, and columns of its panels.
 constexpr int combined = 8;
 
@@ -102,9 +116,13 @@ struct Kernel {
     /// ground and the last block alone is meant.
     void (*carry)(const double* ends, const double* base_arm, const double* end_arm, double* base, double* upper,
                   double* lower, double* end);
-    /// Sums of `count` rows of numbers: `combined` sums of the same rows, each with its own weight of a row. The numbers
-    /// lie in panels of `combined` columns, row by row; weights are `combined` a row; sums lie one behind the other.
+    /// Sums of `count` rows of numbers: `combined` sums of the same rows, each with its own weight of a row. The
+    /// numbers lie in panels of `combined` columns, row by row; weights are `combined` a row; sums lie one behind the
+    /// other.
     void (*combine)(const double* panels, int count, int panel_count, const double* weights, double* sums);
+    /// States at a rod's nodes, counted from its base, from the last one's; and where slopes are wanted two columns
+    /// from the last one's rotations, with dn = dm = 0 there.
+    void (*shoot_alone)(const RodAlone& rod, RodState<double>* node, Variation<double> (*column)[2]);
     LimbFunctions limbs;
 };
 
