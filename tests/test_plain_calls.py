@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import pickle
+import weakref
 from decimal import Decimal
 from typing import Any
 
@@ -180,3 +182,16 @@ def test_a_pressure_beyond_balloon_and_an_equal_tube_say_who_has_no_state() -> N
     assert found.status == "limit_point" and not found.success
     assert found.message.startswith("actuator 2 has no stable state at 95 kPa: ")
     assert found.rest_lengths[0] == found.rest_lengths[2] == 0.2 < found.rest_lengths[1]
+
+
+def test_a_cantilever_goes_with_its_last_user_and_not_by_collection() -> None:
+    rod = sl.Rod(sl.Section(axial=400.0, shear=130.0, bending=0.08, torsion=0.06, mass_per_length=0.4), 0.25)
+    gc.disable()
+    try:
+        found = rod.cantilever(tip_force=(0.1, 0.0, 0.2), gravity=HANGING)
+        assert found.success
+        posture = weakref.ref(found.posture)
+        del found
+        assert posture() is None
+    finally:
+        gc.enable()

@@ -182,7 +182,8 @@ class Rod:
             prefer_stable=prefer_stable,
             **distributed,
         )
-        return posture.rods[0][0]
+        # Not out of `posture.rods`, which would hold it: the posture then goes with its last user, not by collection.
+        return RodPosture(posture, 0, 0, 0)
 
     @cached_property
     def _alone(self) -> Limb:
@@ -345,8 +346,9 @@ class Limb:
         self._members = tuple(member for segment in self.segments for member in segment.members)
         self._tubes = tuple(member for member in self._members if isinstance(member, Tube))
         self._counts = tuple(len(segment.actuators) for segment in self.segments)
+        self._length = sum(s.length for s in self.segments) + sum(s.plate.thickness for s in self.segments[:-1])
         self._geometry = _core.Geometry(
-            [(s.base_frames, s.end_frames, s.plate.thickness, s.plate.mass) for s in self.segments], self.length
+            [(s.base_frames, s.end_frames, s.plate.thickness, s.plate.mass) for s in self.segments], self._length
         )
         self._core_members = _core.Members(
             [m if isinstance(m, Tube) else (m.section, m.length, m.radius or 0.0) for m in self._members]
@@ -356,7 +358,7 @@ class Limb:
     @property
     def length(self) -> float:
         """Unpressurised rods plus the plates between them [m]: what relative errors refer to."""
-        return sum(s.length for s in self.segments) + sum(s.plate.thickness for s in self.segments[:-1])
+        return self._length
 
     @property
     def mass(self) -> float:

@@ -297,10 +297,12 @@ def six_legs(effort: Effort) -> Question:
         lengths.append(length)
         truths.append(solved(length, 1e-11, posture))
 
+    tolerance = _LIFT_ERROR / limb.length
+
     def ask() -> list[Posture]:
         found, posture = [], before
         for length in lengths:
-            posture = solved(length, _LIFT_ERROR / limb.length, posture)
+            posture = solved(length, tolerance, posture)
             found.append(posture)
         return found
 
