@@ -65,7 +65,7 @@ Matrix6 hold_rows(const Hold& hold, const Pose& plate) {
 void Balance::resize(int plates) {
     system_.resize(plates);
     residual_.resize(plates), full_residual_.resize(plates);
-    projector_.resize(plates), hold_map_.resize(plates);
+    projector_.resize(plates), hold_map_.resize(plates), unshifted_.resize(plates);
 }
 
 void Balance::carry(const Geometry& geometry, const std::vector<Pose>& plates, const std::vector<Vector12>& rod_forces,
@@ -134,6 +134,7 @@ void Balance::assemble(const Geometry& geometry, const Scene& scene, const std::
         full_residual_[j] = residual_[j];
         projector_[j].setIdentity();
         hold_map_[j].setZero();
+        unshifted_[j] = system_.diagonal[j].diagonal();
     }
 }
 
@@ -185,9 +186,10 @@ void Balance::apply_holds(const Scene& scene, const std::vector<Pose>& plates, b
         if (j > 0) system_.upper[j - 1] = (system_.upper[j - 1] * projector).eval();
         if (j + 1 < system_.rows()) system_.lower[j + 1] = (system_.lower[j + 1] * projector).eval();
     }
+    for (int j = 0; j < system_.rows(); ++j) unshifted_[j] = system_.diagonal[j].diagonal();
 }
 
-void Balance::add_shift(int plate, const Vector6& shift) { system_.diagonal[plate].diagonal() += shift; }
+void Balance::shift(int plate, const Vector6& by) { system_.diagonal[plate].diagonal() = unshifted_[plate] + by; }
 
 void Balance::solve(const std::vector<Vector6>& rhs, std::vector<Vector6>& moves) const {
     for (int j = 0; j < system_.rows(); ++j) moves[j] = -rhs[j];

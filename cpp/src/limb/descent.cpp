@@ -62,6 +62,7 @@ void Descent::resize(const Shape& shape) {
 
 bool Descent::linearise(const Shape& shape, const std::vector<Vector6>& twists) {
     lanes_.clear(), lane_ends_.clear();
+    assembled_ = false;
     for (std::size_t i = 0; i < shape.rods.size(); ++i) {
         const rod::RodPiece piece = piece_of(scene_, sections_[i], shape, static_cast<int>(i));
         const RodShape& rod = shape.rods[i];
@@ -80,11 +81,16 @@ bool Descent::linearise(const Shape& shape, const std::vector<Vector6>& twists) 
 }
 
 bool Descent::factor(const Shape& shape, double multiplier) {
-    for (std::size_t i = 0; i < chains_.size(); ++i)
-        if (!chains_[i].condense(multiplier * node_metric_[i], true, true)) return false;
-    balance_.assemble(geometry_, scene_, shape.plates, chains_, true);
-    balance_.apply_holds(scene_, shape.plates, true);
-    for (int j = 0; j < geometry_.plates(); ++j) balance_.add_shift(j, multiplier * plate_metric_[j]);
+    // Rods without interior nodes bring the same to the balance whatever the multiplier.
+    const bool unshifted = elements_ == static_cast<int>(chains_.size());
+    if (!unshifted || !assembled_) {
+        for (std::size_t i = 0; i < chains_.size(); ++i)
+            if (!chains_[i].condense(multiplier * node_metric_[i], true, true)) return false;
+        balance_.assemble(geometry_, scene_, shape.plates, chains_, true);
+        balance_.apply_holds(scene_, shape.plates, true);
+        assembled_ = true;
+    }
+    for (int j = 0; j < geometry_.plates(); ++j) balance_.shift(j, multiplier * plate_metric_[j]);
     return balance_.factor_positive();
 }
 

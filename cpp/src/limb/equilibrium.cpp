@@ -237,7 +237,7 @@ bool Equilibrium::linearise(const Scene& scene, const Shape& shape) {
     }
     balance_.assemble(geometry_, scene, shape.plates, chains_, false);
     balance_.apply_holds(scene, shape.plates, false);
-    for (int j = 0; j < geometry_.plates(); ++j) balance_.add_shift(j, shift_);
+    for (int j = 0; j < geometry_.plates(); ++j) balance_.shift(j, shift_);
     return balance_.factor();
 }
 

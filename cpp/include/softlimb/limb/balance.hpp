@@ -14,14 +14,15 @@ class Balance {
 public:
     void resize(int plates);
 
-    /// Assembles residual and stiffness from the condensed chains at the shape's plates. `shift` is added on the
-    /// diagonal (times the metric of a descent), `symmetric` takes the symmetric part.
+    /// Assembles residual and stiffness from the condensed chains at the shape's plates. `symmetric` takes the
+    /// symmetric part.
     void assemble(const Geometry& geometry, const Scene& scene, const std::vector<Pose>& plates,
                   const std::vector<rod::Chain>& chains, bool symmetric);
     /// Confines the system to the free freedoms: held directions get the equation "close the gap to the hold".
     /// `symmetric` projects rows and columns, which a descent wants (its shapes meet the holds).
     void apply_holds(const Scene& scene, const std::vector<Pose>& plates, bool symmetric);
-    void add_shift(int plate, const Vector6& shift);
+    /// Adds this to the diagonal as it was assembled, instead of what was added before.
+    void shift(int plate, const Vector6& by);
 
     bool factor() { return system_.factor(); }
     bool factor_positive() { return system_.factor_positive(); }
@@ -49,7 +50,7 @@ public:
 
 private:
     solve::BlockTridiagonal system_;
-    std::vector<Vector6> residual_, full_residual_;
+    std::vector<Vector6> residual_, full_residual_, unshifted_;
     std::vector<Matrix6> projector_, hold_map_;
 };
 

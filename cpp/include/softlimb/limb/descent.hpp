@@ -80,6 +80,7 @@ private:
     const Scene& scene_;
     solve::Work& work_;
     long elements_ = 0;
+    bool assembled_ = false;  // the balance belongs to the elements at hand
     double length_scale_ = 1.0;
 };
 
