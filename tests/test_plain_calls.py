@@ -195,3 +195,21 @@ def test_a_cantilever_goes_with_its_last_user_and_not_by_collection() -> None:
         assert posture() is None
     finally:
         gc.enable()
+
+
+@pytest.mark.parametrize("way", ["plain", "checked", "followed"])
+def test_what_is_written_into_the_pressures_of_a_posture_changes_no_derivative(reference: sl.Limb, way: str) -> None:
+    start = solved(reference, COMPLEX, gravity=HANGING)
+    near = 1.005 * COMPLEX
+
+    def posture() -> sl.Posture:
+        if way == "checked":
+            return checked(reference, near, gravity=HANGING)
+        return solved(reference, near, gravity=HANGING, start=start if way == "followed" else None)
+
+    untouched, written = posture(), posture()
+    assert untouched._solved.followed == (way == "followed")
+    assert written.pressures is not None
+    written.pressures[:] = np.nan
+    np.testing.assert_array_equal(written.jacobian, untouched.jacobian)
+    np.testing.assert_array_equal(written.derivative("tip").matrix, untouched.derivative("tip").matrix)

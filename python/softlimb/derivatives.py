@@ -398,7 +398,9 @@ def _answers(posture: Posture, of: Sequence[str], shares: Array) -> _Answers:
 
 
 def _made(posture: Posture) -> tuple[_core.Members, Array, str, str]:
-    pressures = np.empty(0) if posture.pressures is None else posture.pressures
+    pressures = posture._solved_pressures
+    if pressures is None:
+        pressures = np.empty(0)
     return (posture.limb._core_members, pressures, *posture._model)
 
 
@@ -437,8 +439,8 @@ def tip_by_pressures(posture: Posture) -> Array:
     """As `Posture.jacobian`."""
     solved = posture._solved
     if solved.followed:
-        # Pressures that nobody has read yet are the core's own.
-        pressures = posture.__dict__.get("pressures")
+        # Pressures that were not given by way of Python are the core's own.
+        pressures = posture.__dict__.get("_solved_pressures")
         return _core.tip_by_pressures(solved, posture.limb._core_members, *posture._model, pressures)
     found: Array = posture._linear.tip_by_pressures(_made(posture))
     return found

@@ -1094,7 +1094,7 @@ class Limb:
         return _CommonScene(made.core, made.model, checked[1], checked[0], first, first_plates)
 
     def _posture(self, scene: _Scene, solved: _core.Posture, tolerance: float) -> Posture:
-        given = {"pressures": scene.pressures, "rest_lengths": scene.rest_lengths, "loads": scene.loads}
+        given = {"_solved_pressures": scene.pressures, "rest_lengths": scene.rest_lengths, "loads": scene.loads}
         return Posture(self, solved, tolerance, scene.model, given)
 
     def _rods_at(

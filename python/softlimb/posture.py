@@ -268,9 +268,14 @@ class Posture:
     # What a posture from plain numbers was given is read out of the core when it is first asked for.
 
     @cached_property
+    def _solved_pressures(self) -> Array | None:
+        return self._solved.pressures
+
+    @cached_property
     def pressures(self) -> Array | None:
         """Gauge pressures [Pa], shape (A,); None where the rods were given otherwise."""
-        return self._solved.pressures
+        # A copy: derivatives are those at the pressures that were solved, whatever is written into this one.
+        return None if self._solved_pressures is None else self._solved_pressures.copy()
 
     @cached_property
     def rest_lengths(self) -> Array:
