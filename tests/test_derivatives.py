@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose
 import perturbed
 import softlimb as sl
 from benchmarks import bench_derivatives
+from frames import solved
 from softlimb import _core, presets
 from softlimb.derivatives import DESIGN, LOADS, columns
 from softlimb.units import deg, kPa, mm
@@ -47,10 +48,14 @@ def rods_limb() -> sl.Limb:
 # Tubes
 
 
+FORCES = (-60.0, -5.0, 3.0, 10.0, 200.0)
+"""Axial forces [N]; the outermost are beyond the range of a nonlinear law."""
+
+
 def section_numbers(tube: sl.Tube, pressure: float, section: str, valve: str) -> np.ndarray:
     """Rest length, section, and strains of the axial law at a few forces."""
     at = tube.section_at(pressure, section, valve)  # type: ignore[arg-type]
-    strains = [_core.axial_strain(at.section, force)[0] for force in (-5.0, 3.0, 10.0)]
+    strains = [_core.axial_strain(at.section, force)[0] for force in FORCES]
     return np.array([at.rest_length, *(getattr(at.section, field) for field in FIELDS), *strains])
 
 
@@ -107,6 +112,7 @@ CASES = [
 def test_the_section_of_a_tube_has_the_slopes_that_differences_have(make: Any, section: str, valve: str) -> None:
     tube, pressure = make(), 30 * kPa
     numbers = section_numbers(tube, pressure, section, valve)
+    rod = tube.section_at(pressure, section, valve).section
     # Twist and coupling may be zero: measured by what a tube of this stiffness could have.
     size = np.maximum(np.abs(numbers), 1e-12)
     size[6:8] = np.maximum(size[6:8], [1.0, 1.0 / np.sqrt(numbers[1] * numbers[4])])
@@ -125,7 +131,7 @@ def test_the_section_of_a_tube_has_the_slopes_that_differences_have(make: Any, s
             for part in parts:
                 kind = part.kind.removeprefix("tube ")
                 slope = tube._section_slope(pressure, section, valve, kind, part.layer, part.number, part.twin)
-                strains = [_core.axial_strain(slope[1], force)[0] for force in (-5.0, 3.0, 10.0)]
+                strains = [_core.axial_strain_slope(rod, slope[1], force) for force in FORCES]
                 exact += part.factor * np.array([slope[0], *(getattr(slope[1], f) for f in FIELDS), *strains])
             quotients = []
             for k in range(5):
@@ -137,8 +143,12 @@ def test_the_section_of_a_tube_has_the_slopes_that_differences_have(make: Any, s
                 ]
                 quotients.append((ends[0] - ends[1]) / (2.0 * h) / size)
             expected = perturbed.extrapolated(quotients)
-            # Sections to 1e-13 over a change of 2e-2 leave 1e-11; slack parts cost two digits.
-            assert_allclose(exact / size, expected, rtol=0.0, atol=1e-9 * max(1.0 / value, np.abs(expected).max()))
+            # Sections to 1e-13 over a change of 2e-2 leave 1e-11; slack parts cost two digits. Beyond the law's range,
+            # where a parabola goes on with the slopes of a polynomial of degree 12 at its end, two more.
+            digits = np.ones(len(numbers))
+            digits[[-len(FORCES), -1]] = 100.0
+            allowed = 1e-9 * max(1.0 / value, np.abs(expected).max())
+            assert_allclose(exact / size / digits, expected / digits, rtol=0.0, atol=allowed)
 
 
 def families(tube: sl.Tube) -> list[tuple[int, Any]]:
@@ -278,6 +288,30 @@ def test_the_jacobian_along_a_walk_is_the_slope_of_its_tips(reference: sl.Limb, 
         for rows in (slice(3), slice(3, 6)):
             # The posture's own error is within its tolerance; its slope may err by a few times that.
             assert_allclose(posture.jacobian[rows], expected[rows], rtol=0.0, atol=5e-6 * np.abs(expected[rows]).max())
+
+
+@pytest.mark.parametrize("share", [-0.3, 0.1, 0.3, 0.8])
+def test_derivatives_hold_where_forces_leave_the_axial_law(share: float) -> None:
+    # The law goes on as a parabola from the end of its range, -0.12 and 0.2 of EA, which moves with the pressure.
+    limb, pressures = presets.reference_limb(["middle"]), np.array([30.0, 50.0, 40.0]) * kPa
+    stiffness = 3.0 * limb.segments[0].actuators[0].section(40 * kPa, "nonlinear").axial
+    options: dict[str, Any] = {"tip_force": (0.01 * stiffness, 0.0, share * stiffness), "section": "nonlinear"}
+    posture = solved(limb, pressures, **options, tolerance=1e-11)
+    assert ("axial force leaves" in posture.message) == (share != 0.1)
+    followed = solved(limb, pressures * (1.0 + 1e-7), start=posture, **options, tolerance=1e-11)
+    assert followed._solved.followed == (share > 0.0)  # turned over by its push, it is left to Newton
+    step, slopes, energies = 10.0, np.zeros((3, 3)), np.zeros(3)
+    for number, change in enumerate(step * np.eye(3)):
+        ends = [solved(limb, pressures + side * change, start=posture, **options, tolerance=1e-12) for side in (1, -1)]
+        slopes[:, number] = (ends[0].tip[:3, 3] - ends[1].tip[:3, 3]) / (2.0 * step)
+        energies[number] = (ends[0].energy - ends[1].energy) / (2.0 * step)
+    # Solves to 1e-12 over a change of the tip by 1e-5 of the length leave 1e-7, and the third derivative less.
+    allowed = 5e-7 * np.abs(slopes).max()
+    assert_allclose(posture.jacobian[:3], slopes, rtol=0.0, atol=allowed)
+    assert_allclose(followed.jacobian[:3], slopes, rtol=0.0, atol=2.0 * allowed)
+    assert_allclose(posture.derivative("tip").matrix[:3], slopes, rtol=0.0, atol=allowed)
+    of_energy = posture.derivative("energy").matrix[0]
+    assert_allclose(of_energy, energies, rtol=0.0, atol=5e-7 * np.abs(energies).max())
 
 
 def test_the_jacobian_along_a_walk_is_the_same_wherever_it_is_asked_for(reference: sl.Limb) -> None:

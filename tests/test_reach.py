@@ -438,3 +438,19 @@ def test_without_starts_from_nothing_a_path_is_the_same_and_a_far_target_is_give
     for starts, start in ((0, None), (-1, first), (17, None), (2.0, None)):
         with pytest.raises(ValueError, match="starts must be a whole number up to 16"):
             limb.reach(position=(0.0, 0.0, 0.7), start=start, starts=starts, **hanging)
+
+
+def test_a_reach_starts_from_the_pressures_that_were_solved() -> None:
+    limb, pressures = presets.reference_limb(["middle"]), np.array([30.0, 40.0, 20.0]) * kPa
+    target = limb.solve(pressures + 4 * kPa).tip[:3, 3]
+    found = []
+    for written in (False, True):
+        start = limb.solve(pressures)
+        assert start.pressures is not None
+        if written:
+            start.pressures[:] = np.nan
+        found.append(limb.reach(position=target, start=start, starts=0, max_pressure=80 * kPa).pressures)
+        preferring = limb.reach(position=target, start=start, starts=0, max_pressure=80 * kPa, prefer=start)
+        found.append(preferring.pressures)
+    np.testing.assert_array_equal(found[0], found[2])
+    np.testing.assert_array_equal(found[1], found[3])

@@ -447,6 +447,15 @@ ValueError
         py::arg("section"), py::arg("force"),
         "Strain v3 - 1 and its derivative to the force [1/N] of a section's axial law at a force [N], without end "
         "moment.");
+    m.def(
+        "axial_strain_slope",
+        [](const Section& section, const Section& slope, double force) {
+            double strain, compliance;
+            axial_strain_rate(section.axial_law, slope.axial_law, force, strain, compliance);
+            return strain;
+        },
+        py::arg("section"), py::arg("slope"), py::arg("force"),
+        "Derivative of the strain v3 - 1 at a force [N] to what the section has this derivative to.");
 }
 
 }  // namespace softlimb::bindings

@@ -6,7 +6,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Atlas', 'CHUNK_ROWS', 'Derivatives', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'NeuralPid', 'Ogden', 'Parameters', 'Pid', 'PlainSolver', 'Plant', 'Posture', 'PressureLoop', 'Reached', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'law_coefficients', 'linearised', 'orifice_flow', 'plain_reach', 'potential_energy', 'potential_energy_slopes', 'reach', 'rest_length_slopes', 'rod_end', 'status_names', 'survey_rows', 'sweep_rows', 'thread_geometry', 'tip_by_pressures', 'use_instruction_set', 'yardstick']
+__all__: list[str] = ['Atlas', 'CHUNK_ROWS', 'Derivatives', 'DruckerCheck', 'Fibres', 'FollowedPath', 'Gent', 'Geometry', 'Layer', 'Members', 'MooneyRivlin', 'NeoHookean', 'NeuralPid', 'Ogden', 'Parameters', 'Pid', 'PlainSolver', 'Plant', 'Posture', 'PressureLoop', 'Reached', 'Scene', 'Section', 'ThreadGeometry', 'Tube', 'TubeStates', 'Yeoh', 'axial_strain', 'axial_strain_slope', 'build_info', 'follow', 'instruction_set', 'instruction_sets', 'integrator_orders', 'law_class_names', 'law_coefficients', 'linearised', 'orifice_flow', 'plain_reach', 'potential_energy', 'potential_energy_slopes', 'reach', 'rest_length_slopes', 'rod_end', 'status_names', 'survey_rows', 'sweep_rows', 'thread_geometry', 'tip_by_pressures', 'use_instruction_set', 'yardstick']
 class Section:
     """
     Stiffness of a rod's cross-section, per rest length, SI.
@@ -2585,6 +2585,10 @@ class PressureLoop:
 def axial_strain(section: Section, force: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float]:
     """
     Strain v3 - 1 and its derivative to the force [1/N] of a section's axial law at a force [N], without end moment.
+    """
+def axial_strain_slope(section: Section, slope: Section, force: typing.SupportsFloat | typing.SupportsIndex) -> float:
+    """
+    Derivative of the strain v3 - 1 at a force [N] to what the section has this derivative to.
     """
 def build_info() -> dict[str, str]:
     """

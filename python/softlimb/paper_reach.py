@@ -112,15 +112,15 @@ def reach_by_paper(
         tolerance=_SHARPER * tolerance,
     )
     posture = _posture_of(limb, answer.lengths, first, tolerance, scene)
-    pressures = posture.pressures
+    pressures = posture._solved_pressures
     nowhere = not (answer.converged and posture.success and posture.stable)
     if pressures is None or posture.status == "limit_point":
         pressures = np.full(len(limb._tubes), np.nan)
     # Rounding of a pressure that belongs to a length.
     allowed = 1e-6 * np.maximum(np.abs(lower), np.abs(upper))
     outside = ~((pressures >= lower - allowed) & (pressures <= upper + allowed))
-    if nowhere and searched and first.success and first.stable and first.pressures is not None:
-        posture, pressures = first, first.pressures
+    if nowhere and searched and first.success and first.stable and first._solved_pressures is not None:
+        posture, pressures = first, first._solved_pressures
     gap = _gap_between(posture.tip, target)
     near = np.linalg.norm(gap[:3]) <= tolerance * limb.length and np.linalg.norm(gap[3:]) <= tolerance
     unknown = np.concatenate([answer.lengths, answer.wrenches.ravel()])

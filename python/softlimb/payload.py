@@ -412,8 +412,8 @@ def _brought_back(
     limb: Limb, start: Posture, goal: Array, tip_force: Array, limit: float, tolerance: float, scene: dict[str, Any]
 ) -> Posture | None:
     """The stable posture next to ``start`` with its tip at the goal, its pressures within bounds, or None."""
-    assert start.pressures is not None
-    pressures, posture = start.pressures.copy(), start
+    assert start._solved_pressures is not None
+    pressures, posture = start._solved_pressures.copy(), start
     near = 10.0 * tolerance * limb.length
     previous = np.inf
     for _ in range(20):

@@ -295,7 +295,7 @@ def reach(
         section=model[0],
         valve=model[1],
         start=None if first is None else first._solved,
-        start_pressures=None if first is None else first.pressures,
+        start_pressures=None if first is None else first._solved_pressures,
         learned=learned,
         starts=starts,
     )
@@ -412,7 +412,8 @@ def bounds_of(limb: Limb, lowest: Any, highest: Any) -> tuple[Array, Array, tupl
 
 def _preferred(limb: Limb, prefer: Any) -> Array:
     if isinstance(prefer, Posture | Reach):
-        pressures = prefer.pressures
+        posture = prefer.posture if isinstance(prefer, Reach) else prefer
+        pressures = posture._solved_pressures
         if pressures is None or len(pressures) != len(limb._tubes):
             raise ValueError("prefer must be a posture of this limb that was solved from pressures")
         return pressures

@@ -66,7 +66,7 @@ class FibreState(NamedTuple):
 class SectionAtPressure(NamedTuple):
     """Rest length [m] and section of a tube at a pressure, with their derivatives to the pressure [1/Pa].
 
-    ``d_section`` holds derivatives field by field (of a nonlinear axial law: those of its coefficients).
+    ``d_section`` holds derivatives field by field (of a nonlinear axial law: its coefficients and its range).
     """
 
     rest_length: float

@@ -87,8 +87,14 @@ CLAIM(a_cantilever_that_is_pushed_or_turned_or_held_is_left_to_the_descent) {
     refused([](Rod& rod) { rod.scene.holds[0].held[0] = true; });
     refused([](Rod& rod) { rod.scene.rods[0].line_load.moment = {0.0, 1e-3, 0.0}; });
     refused([](Rod& rod) { rod.scene.rods[0].section.rest_twist = 1.0; });
-    refused([](Rod& rod) { rod.scene.wrenches[0].x() = 0.0; });         // straight, in closed form
-    refused([](Rod& rod) { rod.scene.wrenches[0].head<3>() *= 1e4; });  // growth e^150
+    refused([](Rod& rod) { rod.scene.wrenches[0].x() = 0.0; });                   // straight, in closed form
+    refused([](Rod& rod) { rod.scene.wrenches[0].head<3>() *= 1e4; });            // growth e^150
+    refused([](Rod& rod) { rod.scene.rods[0].section.shear = 0.5 * rod.unit; });  // sheared by more than its length
+    refused([](Rod& rod) { rod.scene.rods[0].section.axial_law.coefficient = {1.0 / rod.unit}; });
+    refused([](Rod& rod) {  // the force leaves what the axial law is known for
+        AxialLaw& law = rod.scene.rods[0].section.axial_law;
+        law.degree = 1, law.half_range = rod.unit;
+    });
     refused([](Rod& rod) {
         auto geometry = std::make_shared<Geometry>(*rod.geometry);
         geometry->segments[0].plate_mass = 0.1;

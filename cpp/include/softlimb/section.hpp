@@ -19,7 +19,7 @@ struct AxialLaw {
     static constexpr int max_degree = 15;
     int degree = 0;
     double centre = 0.0;                               // [N]
-    double half_range = 1.0;                           // [N]
+    double half_range = 0.0;                           // [N]; none where the law is linear
     std::array<double, max_degree + 1> coefficient{};  // [1/N]
 
     bool linear() const { return degree == 0; }
@@ -63,6 +63,26 @@ inline void axial_strain(const AxialLaw& law, const S& force, S& strain, S& comp
     const S beyond = force - end;
     strain = end * g + beyond * (slope + 0.5 * curvature * beyond);
     compliance = slope + curvature * beyond;
+}
+
+/// Relative growth of a law's range at a rate of the law. Ranges grow from zero force: the centre moves along.
+inline double range_growth(const AxialLaw& law, const AxialLaw& rate) {
+    return law.linear() ? 0.0 : rate.half_range / law.half_range;
+}
+
+/// Rates of strain and compliance at a rate of the law, field by field, while the force stays: what the coefficients
+/// make of them, and as x stays where the force grows with the range, the growth times (strain - n3 compliance), inside
+/// the range and outside.
+inline void axial_strain_rate(const AxialLaw& law, const AxialLaw& rate, double force, double& strain,
+                              double& compliance) {
+    AxialLaw by_coefficients = law;
+    by_coefficients.coefficient = rate.coefficient;
+    axial_strain(by_coefficients, force, strain, compliance);
+    Dual<1> along, slope;  // as the force grows
+    axial_strain(law, Dual<1>::variable(force, 0), along, slope);
+    const double growth = range_growth(law, rate);
+    strain += growth * (along.value - force * slope.value);
+    compliance -= growth * force * slope.slope[0];
 }
 
 /// Transversely isotropic section, SI, per *rest* length. n = R diag(GA, GA, EA) (v - v*), m = R diag(EI, EI, GJ)

@@ -158,14 +158,9 @@ void Tube::section_slopes(double pressure, SectionModel model, Valve valve,
             d_value[k] += d_range * (along * share / c.area_scale - nodes.value[k]);
         }
         const AxialLaw& law = section.axial_law;
-        out.axial_law = law;
+        out.axial_law.degree = law.degree;
         out.axial_law.coefficient = coefficients_of(d_value);
-        // At a given force x = force / half_range - centre / half_range falls as the range grows.
-        const double shift = law.centre / law.half_range;
-        for (int k = 0; k <= law.degree; ++k) {
-            const double next = k < law.degree ? (k + 1) * law.coefficient[k + 1] : 0.0;
-            out.axial_law.coefficient[k] -= d_range * (k * law.coefficient[k] + shift * next);
-        }
+        out.axial_law.centre = d_range * law.centre, out.axial_law.half_range = d_range * law.half_range;
     }
 }
 

@@ -48,6 +48,13 @@ std::optional<Cantilever> cantilever(const Geometry& geometry, const Scene& scen
     const bool pulls = axis.dot(tip_force) >= 0.0 && axis.dot(base_force) >= 0.0;
     const bool straight = axis.cross(tip_force).isZero(0.0) && axis.cross(base_force).isZero(0.0);
     if (!pulls || straight || !base_force.allFinite()) return std::nullopt;
+    // Pieces and steps are chosen by how much the rod bends. One that shears or stretches as much as it is long, or
+    // that leaves what its axial law is known for, is another matter.
+    const double largest_force = std::max(tip_force.norm(), base_force.norm());
+    double strain, compliance;
+    axial_strain(made.section.axial_law, largest_force, strain, compliance);
+    if (!(largest_force < made.section.shear && strain < 1.0)) return std::nullopt;
+    if (!made.section.axial_law.covers(largest_force) || !made.section.axial_law.covers(0.0)) return std::nullopt;
     return Cantilever{place.base, &made.section, made.rest_length, load, tip_force, base_force};
 }
 

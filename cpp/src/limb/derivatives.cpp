@@ -26,6 +26,8 @@ struct Direction {
         const int law = base.axial_law.degree + 1;
         section.axial_law = base.axial_law;
         for (int k = 0; k < law; ++k) section.axial_law.coefficient[k] = x(k);
+        section.axial_law.centre *= x(law + RodNumber::range),
+            section.axial_law.half_range *= x(law + RodNumber::range);
         section.shear = x(law + RodNumber::shear), section.bending = x(law + RodNumber::bending);
         section.torsion = x(law + RodNumber::torsion), section.extension_twist = x(law + RodNumber::coupling);
         section.rest_twist = x(law + RodNumber::rest_twist), length = x(law + RodNumber::length);
@@ -64,6 +66,8 @@ void RodRate::add(double factor, const RodRate& other) {
     section.extension_twist += factor * from.extension_twist;
     for (std::size_t k = 0; k < section.axial_law.coefficient.size(); ++k)
         section.axial_law.coefficient[k] += factor * from.axial_law.coefficient[k];
+    section.axial_law.centre += factor * from.axial_law.centre;
+    section.axial_law.half_range += factor * from.axial_law.half_range;
     rest_length += factor * other.rest_length;
     line_force += factor * other.line_force, base += factor * other.base, end += factor * other.end;
 }

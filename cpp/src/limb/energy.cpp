@@ -13,9 +13,9 @@ namespace {
 using Eigen::VectorXd;
 
 /// Complementary energy of the axial law, the integral of the strain over the force from zero to n3, and its
-/// derivatives to the coefficients of the law.
+/// derivatives to the coefficients of the law and to the relative growth of its range.
 struct AxialEnergy {
-    double value = 0.0;
+    double value = 0.0, by_growth = 0.0;
     std::array<double, AxialLaw::max_degree + 1> by_coefficient{};
 };
 
@@ -43,6 +43,9 @@ AxialEnergy axial_energy(const AxialLaw& law, double n3) {
     const double end = law.linear() ? n3 : std::clamp(n3, law.centre - law.half_range, law.centre + law.half_range);
     add(0.0, end);
     if (end != n3) add(end, n3);
+    double strain, compliance;
+    axial_strain(law, n3, strain, compliance);
+    energy.by_growth = 2.0 * energy.value - n3 * strain;  // the integral of strain - n dstrain/dn
     return energy;
 }
 
@@ -87,6 +90,7 @@ RodEnergy energy_of(const Posture& posture, int i) {
         out.value += w * (n.dot(strain) + m.dot(curvature) - complementary);
         // At fixed strains the energy changes by as much as the complementary energy at fixed stresses, the other way.
         for (int c = 0; c < law; ++c) out.by_numbers(c) -= w * axial.by_coefficient[c];
+        out.by_numbers(law + RodNumber::range) -= w * axial.by_growth;
         out.by_numbers(law + RodNumber::shear) += 0.5 * w * shear / (section.shear * section.shear);
         out.by_numbers(law + RodNumber::bending) += 0.5 * w * bend / (section.bending * section.bending);
         out.by_numbers(law + RodNumber::torsion) += 0.5 * w * m.z() * m.z() / (section.torsion * section.torsion);

@@ -26,7 +26,8 @@ limb::Actuation actuation_of(const Members& members, actuator::SectionModel mode
         return !members.at_pressures(pressures, model, valve, rods);
     };
     actuation.slopes_at = [&members, model, valve](const double* pressures) {
-        // The range of a nonlinear axial law moves with the pressure: only the exact rates are those at a fixed one.
+        // The range of a nonlinear axial law moves with the pressure, and its coefficients are those of a range: a
+        // quotient would need both.
         if (model == actuator::SectionModel::nonlinear) return members.slopes_at(pressures, model, valve);
         std::vector<double> below(pressures, pressures + members.actuators()), above = below;
         for (double& pressure : above) pressure += 1e-4 * std::max(std::abs(pressure), 1e3);

@@ -20,7 +20,7 @@ namespace softlimb::limb {
 
 /// How fast what belongs to one rod changes. A placement's rate is (dp, dtheta) in the frame that it is given in.
 struct RodRate {
-    Section section{};  // field by field; of the axial law the coefficients
+    Section section{};  // field by field; of the axial law the coefficients and the range
     double rest_length = 0.0;
     Vector3 line_force = Vector3::Zero();  // weight not included
     Vector6 base = Vector6::Zero(), end = Vector6::Zero();

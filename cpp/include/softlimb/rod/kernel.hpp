@@ -34,8 +34,7 @@ template <>
 struct Compliances<Dual<1>> {
     Dual<1> unit{1.0};
     Dual<1> shear, bending, torsion, coupling, rest_twist;
-    const AxialLaw* axial_law;
-    AxialLaw axial_law_slope;  // centre and half_range of the law, coefficients of the derivative
+    const AxialLaw *axial_law, *axial_law_rate;
 
     Compliances(const Section& section, const Section& derivative)
         : shear(inverse(section.shear, derivative.shear)),
@@ -44,16 +43,14 @@ struct Compliances<Dual<1>> {
           coupling(section.extension_twist, {derivative.extension_twist}),
           rest_twist(section.rest_twist, {derivative.rest_twist}),
           axial_law(&section.axial_law),
-          axial_law_slope(section.axial_law) {
-        axial_law_slope.coefficient = derivative.axial_law.coefficient;
-    }
+          axial_law_rate(&derivative.axial_law) {}
 
     void axial(const Dual<1>& force, Dual<1>& strain, Dual<1>& compliance) const {
         axial_strain(*axial_law, force, strain, compliance);
-        double strain_slope, compliance_slope;
-        axial_strain(axial_law_slope, force.value, strain_slope, compliance_slope);
-        strain.slope[0] += strain_slope;
-        compliance.slope[0] += compliance_slope;
+        double strain_rate, compliance_rate;
+        axial_strain_rate(*axial_law, *axial_law_rate, force.value, strain_rate, compliance_rate);
+        strain.slope[0] += strain_rate;
+        compliance.slope[0] += compliance_rate;
     }
 
 private:

@@ -6,6 +6,7 @@
 #endif
 
 #include <cmath>
+#include <type_traits>
 
 #include "softlimb/always_inline.hpp"
 #include "softlimb/rod/equations.hpp"
@@ -34,6 +35,7 @@ SOFTLIMB_ALWAYS_INLINE void set(V& v, int lane, const double* x) {
 /// Compliances of W sections. The axial law of every lane is v3 - 1 = n g((n - centre)/half_range) inside its range and
 /// the second-order Taylor polynomial at the range's end outside (section.hpp), of the largest degree in the pack.
 struct LaneCompliances {
+    static constexpr bool linear = false;
     Pack unit, shear, bending, torsion, coupling, rest_twist;  // all per `unit` of rest length
     Pack coefficient[AxialLaw::max_degree + 1];
     Pack centre, half_range, per_range;
@@ -88,9 +90,10 @@ struct LaneCompliances {
     }
 };
 
-/// The same where every lane's axial law is linear, as most are: steps have a third less code, which leaves room for more
-/// in the nearest cache.
+/// The same where every lane's axial law is linear, as most are: steps have a third less code, which leaves room for
+/// more in the nearest cache.
 struct LinearCompliances {
+    static constexpr bool linear = true;
     const LaneCompliances& all;
     const Pack &unit = all.unit, &shear = all.shear, &bending = all.bending, &torsion = all.torsion;
     const Pack &coupling = all.coupling, &rest_twist = all.rest_twist;
@@ -153,7 +156,7 @@ struct Pieces {
 struct Parameter {
     LaneCompliances k;
     V force;
-    Pack length;
+    Pack length, growth;  // of the law's range, relative
 
     SOFTLIMB_ALWAYS_INLINE Parameter(const Start* starts, const Slope* slopes, int count, const Material& of) {
         k.unit = Pack(0.0), k.degree = of.k.degree;
@@ -165,6 +168,8 @@ struct Parameter {
             k.coupling.set(lane, d.extension_twist), k.rest_twist.set(lane, d.rest_twist);
             const double* c = &d.axial_law.coefficient.front();
             for (int j = 0; j <= k.degree; ++j) k.coefficient[j].set(lane, j <= s.axial_law.degree ? c[j] : 0.0);
+            const AxialLaw& law = s.axial_law;
+            growth.set(lane, law.degree == 0 ? 0.0 : d.axial_law.half_range / law.half_range);
             length.set(lane, slopes[i].length);
             const double* f = slopes[i].force;
             force.x.set(lane, -f[0]), force.y.set(lane, -f[1]), force.z.set(lane, -f[2]);
@@ -176,7 +181,7 @@ struct Parameter {
 
     /// The same over a step.
     SOFTLIMB_ALWAYS_INLINE Parameter(const Parameter& p, const Pack& step)
-        : k(p.k.over(step)), force(step * p.force), length(p.length) {}
+        : k(p.k.over(step)), force(step * p.force), length(p.length), growth(p.growth) {}
 
     /// `vary` at this dn, with strains and curvatures that move by themselves too, as `K` of the compliances says.
     template <class K>
@@ -186,6 +191,10 @@ struct Parameter {
         const Pack n3 = dot(at.t, at.n), m3 = dot(at.t, at.m), tx = dot(at.t, x), ty = dot(at.t, y);
         Pack strain, ignored;
         static_cast<K>(k).axial(n3, strain, ignored);
+        if constexpr (!std::remove_cvref_t<K>::linear) {
+            const Pack known = dot(at.t, at.velocity) - of.unit - of.coupling * m3;
+            strain = strain + growth * (known - n3 * at.axial_compliance);
+        }
         const Pack bend = (of.torsion - of.bending) * ty + of.coupling * tx + (k.torsion - k.bending) * m3 +
                           k.coupling * n3 + k.rest_twist;
         const Pack pull =
