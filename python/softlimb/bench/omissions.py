@@ -7,8 +7,10 @@ whose plan has not a row's words does not have that way, and the row is not prin
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,14 +21,16 @@ from softlimb.bench import checks, limbs
 from softlimb.bench.clock import Clock, Samples, quartiles, seconds_of
 from softlimb.limb import Limb
 from softlimb.posture import Posture
-from softlimb.units import kPa, ms, us
+from softlimb.units import us
 
 __all__ = ["OMISSIONS", "Difference", "Omission"]
 
 Array = NDArray[np.float64]
 
-_APART = np.array([30.0, 20.0, 10.0, 20.0, 25.0, 15.0, 25.0, 20.0, 10.0]) * kPa
-_EQUAL = np.repeat([30.0, 20.0, 25.0], 3) * kPa
+# As many scenes as make a mean: how much a way saves depends on how far its rods are apart.
+_ROWS, _SEED = 20, 20261122
+_APART = limbs.random_pressures(_ROWS, 9, _SEED)
+_EQUAL = np.repeat(limbs.random_pressures(_ROWS, 3, _SEED), 3, axis=1)
 _TRACE = 1e-12  # [N], [m/s^2], share of a pressure: moves the tip by far less than any tolerance
 
 
@@ -37,9 +41,10 @@ class Omission:
     Parameters
     ----------
     with_it, without_it : dict
-        Arguments of `Limb.solve`, the one with a trace of it, the other without.
+        Arguments of `Limb.solve`, the one with a trace of it, the other without; ``pressures`` are rows of them, shape
+        (n, A), one a scene.
     words : sequence of str
-        All are in the plan of the solve without it, and not all in that of the solve with it.
+        All are in the plan of each solve without it, and not all in that of any solve with it.
     """
 
     name: str
@@ -112,6 +117,11 @@ class Difference:
         return known | {"saved": self.saved}
 
 
+def _solved(limb: Limb, options: dict[str, Any]) -> list[Posture]:
+    loads = {name: given for name, given in options.items() if name != "pressures"}
+    return [limb.solve(pressures, **loads) for pressures in options["pressures"]]
+
+
 def difference_fault(omission: Omission, full: Posture, bare: Posture) -> str | None:
     """What forbids to compare two solves: a wrong one, different answers, or nothing left out."""
     if omission.is_named(full):
@@ -127,17 +137,17 @@ def difference_fault(omission: Omission, full: Posture, bare: Posture) -> str | 
 def measure(omission: Omission, clock: Clock) -> Difference | None:
     """The row of an omission; None where this build does not leave it out."""
     limb = omission.limb()
-    bare = limb.solve(**omission.without_it)
-    if not omission.is_named(bare):
+    full, bare = (_solved(limb, options) for options in (omission.with_it, omission.without_it))
+    if not all(map(omission.is_named, bare)):
         return None
-    fault = difference_fault(omission, limb.solve(**omission.with_it), bare)
+    fault = checks.first(itertools.starmap(partial(difference_fault, omission), zip(full, bare, strict=True)))
     if fault is not None:
         return Difference(omission.name, omission.what, fault)
 
     # One solve after another, as in the rows of the first table: a solve alone, between yardsticks, finds its code
     # outside the caches, which takes longer than the rest of it.
     def timed(options: dict[str, Any]) -> float:
-        return seconds_of(lambda: limb.solve(**options), shortest=2.0 * ms)
+        return seconds_of(lambda: _solved(limb, options)) / len(options["pressures"])
 
     samples = clock.in_turn({"with": lambda: timed(omission.with_it), "without": lambda: timed(omission.without_it)})
     return Difference(omission.name, omission.what, None, samples["with"], samples["without"])

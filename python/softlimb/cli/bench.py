@@ -186,6 +186,7 @@ def _omissions(omissions: Sequence[Any], clock: Clock) -> list[Difference]:
     from softlimb.bench.omissions import measure
 
     print("\nTable 3: what a scene does not need, where the plan of the solve says that it was left out")
+    print("cold, from Python; means over scenes of random pressures to 60 kPa")
     rows = [row for omission in omissions if (row := measure(omission, clock)) is not None]
     if not rows:
         print(_wrapped(f"no plan of this build names any of: {', '.join(omission.what for omission in omissions)}"))
