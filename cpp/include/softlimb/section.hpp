@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "softlimb/always_inline.hpp"
 #include "softlimb/dual.hpp"
 
 namespace softlimb {
@@ -66,8 +67,8 @@ inline void axial_strain(const AxialLaw& law, const S& force, S& strain, S& comp
 }
 
 /// Relative growth of a law's range at a rate of the law. Ranges grow from zero force: the centre moves along.
-inline double range_growth(const AxialLaw& law, const AxialLaw& rate) {
-    return law.linear() ? 0.0 : rate.half_range / law.half_range;
+SOFTLIMB_ALWAYS_INLINE double range_growth(const AxialLaw& law, const AxialLaw& rate) {
+    return law.degree == 0 ? 0.0 : rate.half_range / law.half_range;
 }
 
 /// Rates of strain and compliance at a rate of the law, field by field, while the force stays: what the coefficients

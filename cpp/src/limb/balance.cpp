@@ -134,8 +134,9 @@ void Balance::assemble(const Geometry& geometry, const Scene& scene, const std::
         full_residual_[j] = residual_[j];
         projector_[j].setIdentity();
         hold_map_[j].setZero();
-        unshifted_[j] = system_.diagonal[j].diagonal();
     }
+    apply_holds(scene, plates, symmetric);
+    for (int j = 0; j < geometry.plates(); ++j) unshifted_[j] = system_.diagonal[j].diagonal();
 }
 
 void Balance::apply_holds(const Scene& scene, const std::vector<Pose>& plates, bool symmetric) {
@@ -186,7 +187,6 @@ void Balance::apply_holds(const Scene& scene, const std::vector<Pose>& plates, b
         if (j > 0) system_.upper[j - 1] = (system_.upper[j - 1] * projector).eval();
         if (j + 1 < system_.rows()) system_.lower[j + 1] = (system_.lower[j + 1] * projector).eval();
     }
-    for (int j = 0; j < system_.rows(); ++j) unshifted_[j] = system_.diagonal[j].diagonal();
 }
 
 void Balance::shift(int plate, const Vector6& by) { system_.diagonal[plate].diagonal() = unshifted_[plate] + by; }

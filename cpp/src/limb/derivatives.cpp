@@ -4,7 +4,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "softlimb/largest.hpp"
 #include "softlimb/limb/rod_numbers.hpp"
 
 namespace softlimb::limb {
@@ -26,8 +25,8 @@ struct Direction {
         const int law = base.axial_law.degree + 1;
         section.axial_law = base.axial_law;
         for (int k = 0; k < law; ++k) section.axial_law.coefficient[k] = x(k);
-        section.axial_law.centre *= x(law + RodNumber::range),
-            section.axial_law.half_range *= x(law + RodNumber::range);
+        const double growth = x(law + RodNumber::range);
+        section.axial_law.centre *= growth, section.axial_law.half_range *= growth;
         section.shear = x(law + RodNumber::shear), section.bending = x(law + RodNumber::bending);
         section.torsion = x(law + RodNumber::torsion), section.extension_twist = x(law + RodNumber::coupling);
         section.rest_twist = x(law + RodNumber::rest_twist), length = x(law + RodNumber::length);
@@ -124,14 +123,7 @@ Derivatives::Derivatives(std::shared_ptr<const Posture> posture, double toleranc
     for (int j = 0; j < posture_->geometry->plates(); ++j)
         segment_of_.insert(segment_of_.end(), posture_->geometry->segments[j].rods.size(), j);
     const auto linearise = [&](double largest_gap) {
-        if (!equilibrium_.linearise_at(shape_)) return false;
-        double gap = 0.0;
-        for (const auto& rod : equilibrium_.exact_)
-            for (const rod::ExactElement& element : rod) {
-                grow(gap, element.gap().head<3>().norm() / posture_->geometry->length);
-                grow(gap, element.gap().tail<3>().norm());
-            }
-        return gap <= largest_gap;
+        return equilibrium_.linearise_at(shape_) && equilibrium_.largest_gap() <= largest_gap;
     };
     // Pieces that the steps of a joined mesh miss by more than the posture's own error were short for a reason.
     choose_mesh(posture_->scene, tolerance, shape_, warm_piece);

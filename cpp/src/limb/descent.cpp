@@ -35,12 +35,11 @@ double largest_angle(const std::vector<Vector6>& twists) {
 void Descent::resize(const Shape& shape) {
     const int rods = static_cast<int>(shape.rods.size());
     chains_.resize(rods), sections_.resize(rods);
-    elements_ = 0;
+    elements_ = shape.pieces();
     double length = 0.0;
     for (int i = 0; i < rods; ++i) {
         chains_[i].resize(shape.rods[i].elements());
         sections_[i] = softened(scene_.rods[i], shape.rods[i].elements());
-        elements_ += shape.rods[i].elements();
         length += scene_.rods[i].rest_length / rods;
     }
     balance_.resize(geometry_.plates());
@@ -87,7 +86,6 @@ bool Descent::factor(const Shape& shape, double multiplier) {
         for (std::size_t i = 0; i < chains_.size(); ++i)
             if (!chains_[i].condense(multiplier * node_metric_[i], true, true)) return false;
         balance_.assemble(geometry_, scene_, shape.plates, chains_, true);
-        balance_.apply_holds(scene_, shape.plates, true);
         assembled_ = true;
     }
     for (int j = 0; j < geometry_.plates(); ++j) balance_.shift(j, multiplier * plate_metric_[j]);

@@ -236,7 +236,6 @@ bool Equilibrium::linearise(const Scene& scene, const Shape& shape) {
         if (!chains_[i].condense(shift_, false, false)) return false;
     }
     balance_.assemble(geometry_, scene, shape.plates, chains_, false);
-    balance_.apply_holds(scene, shape.plates, false);
     for (int j = 0; j < geometry_.plates(); ++j) balance_.shift(j, shift_);
     return balance_.factor();
 }

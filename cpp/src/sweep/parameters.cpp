@@ -85,7 +85,7 @@ std::vector<limb::SceneRate> rates_of(const Parameters& parameters, const Member
     for (const Parameter& p : parameters.list)
         if (p.kind == Kind::tube) asked[p.place].push_back(p.tube);
     std::vector<std::vector<actuator::SectionSlope>> slopes(members.rods());
-    const std::vector<int> driven = members.driven();
+    const std::vector<int>& driven = members.driven();
     for (std::size_t a = 0; a < driven.size(); ++a) {
         const int rod = driven[a];
         if (asked[rod].empty()) continue;

@@ -14,13 +14,11 @@ class Balance {
 public:
     void resize(int plates);
 
-    /// Assembles residual and stiffness from the condensed chains at the shape's plates. `symmetric` takes the
-    /// symmetric part.
+    /// Assembles residual and stiffness from the condensed chains at the shape's plates, confined to the free freedoms:
+    /// held directions get the equation "close the gap to the hold". `symmetric` takes the symmetric part and projects
+    /// rows and columns, which a descent wants (its shapes meet the holds).
     void assemble(const Geometry& geometry, const Scene& scene, const std::vector<Pose>& plates,
                   const std::vector<rod::Chain>& chains, bool symmetric);
-    /// Confines the system to the free freedoms: held directions get the equation "close the gap to the hold".
-    /// `symmetric` projects rows and columns, which a descent wants (its shapes meet the holds).
-    void apply_holds(const Scene& scene, const std::vector<Pose>& plates, bool symmetric);
     /// Adds this to the diagonal as it was assembled, instead of what was added before.
     void shift(int plate, const Vector6& by);
 
@@ -49,6 +47,8 @@ public:
                           std::vector<std::vector<Vector6>>& nodes);
 
 private:
+    void apply_holds(const Scene& scene, const std::vector<Pose>& plates, bool symmetric);
+
     solve::BlockTridiagonal system_;
     std::vector<Vector6> residual_, full_residual_, unshifted_;
     std::vector<Matrix6> projector_, hold_map_;

@@ -168,8 +168,7 @@ struct Parameter {
             k.coupling.set(lane, d.extension_twist), k.rest_twist.set(lane, d.rest_twist);
             const double* c = &d.axial_law.coefficient.front();
             for (int j = 0; j <= k.degree; ++j) k.coefficient[j].set(lane, j <= s.axial_law.degree ? c[j] : 0.0);
-            const AxialLaw& law = s.axial_law;
-            growth.set(lane, law.degree == 0 ? 0.0 : d.axial_law.half_range / law.half_range);
+            growth.set(lane, range_growth(s.axial_law, d.axial_law));
             length.set(lane, slopes[i].length);
             const double* f = slopes[i].force;
             force.x.set(lane, -f[0]), force.y.set(lane, -f[1]), force.z.set(lane, -f[2]);

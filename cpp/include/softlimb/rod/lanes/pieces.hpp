@@ -43,8 +43,8 @@ struct Linear {
     bool* regular;             // finite, and the inverse exists
 };
 
-/// How a piece changes with a parameter: section field by field (of the axial law the coefficients), rest length, and
-/// load per rest length; base pose and base wrench stay.
+/// How a piece changes with a parameter: section field by field (of the axial law the coefficients and the range),
+/// rest length, and load per rest length; base pose and base wrench stay.
 struct Slope {
     const Section* section;
     double length;
